@@ -5,7 +5,7 @@ use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::times::Ticks;
 use grafsynth_ir::instance::{Place, Representation};
-use grafsynth_ir::net::{InputKind, Net};
+use grafsynth_ir::net::{Net, Var, VarOrigin};
 
 /// The data that a caller of the emitted functions must know; the harness is generated from them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,14 +70,18 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
         );
         (id, place)
     });
-    let called = net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern);
-    let active = |step| (step, format!("{}_active_{}", names.prefix, names.steps[step]));
+    let prefix = &names.prefix;
+    let active = |step| (step, format!("{prefix}_active_{}", names.steps[step]));
+    let shown = net.steps.iter().filter(|(_, step)| !step.hidden);
+    let is_returned = |var: &Var| var.origin == VarOrigin::Declared && var.len.is_none();
+    let vars = net.vars.iter().filter(|(_, var)| is_returned(var));
     Representation {
-        prefix: names.prefix.clone(),
+        prefix: prefix.clone(),
         inputs: inputs.collect(),
         outputs: outputs.collect(),
-        conditions: called.map(|(id, _)| (id, names.inputs[id].clone())).collect(),
         state: program.holds.clone(),
-        active: net.steps.ids().map(active).collect(),
+        active: shown.map(|(step, _)| active(step)).collect(),
+        vars: vars.map(|(var, _)| (var, format!("{prefix}_var_{}", names.vars[var]))).collect(),
+        fault: program.has_fault.then(|| format!("{prefix}_fault")),
     }
 }

@@ -8,9 +8,16 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_verify::Limits;
 use grafsynth_verify::c_code::{Induction, prove};
 
-/// The machines: `int` has 32 bits on one and 16 on the other, so the proof applies to both.
-fn machines() -> [Config; 2] {
-    [Config::host(), Config::avr()]
+/// The machines: a 64-bit host, an AVR, whose `int` has 16 bits, and a 32-bit ARM, whose `long` has 32 bits and whose `char` is unsigned.
+fn machines() -> [Config; 3] {
+    let mut arm = Config::host().define("__arm__", "1");
+    arm.name = "arm";
+    arm.machine.long_bits = 32;
+    arm.machine.pointer_bytes = 4;
+    arm.machine.code_pointer_bytes = 4;
+    arm.machine.has_signed_char = false;
+    arm.machine.has_short_enums = true;
+    [Config::host(), Config::avr(), arm]
 }
 
 /// Proves that the text of a package is the net, for every stimulus, on machines whose `int` has 16 or 32 bits.

@@ -1,7 +1,8 @@
-//! How C code represents a net between two reactions: what each member of its structures holds. A back end states it; a proof takes it as a hint that it checks, so
-//! a wrong statement can prevent a proof, but never make a wrong one.
+//! How C code represents a net between two reactions: what each member of its structures holds. The back end states it, and a proof takes it as a hint: the state
+//! in it is checked, so that a wrong statement can prevent a proof but never make a wrong one. Which member of the interface is which input or output, and which
+//! function answers which query, is what the proof is about.
 
-use crate::net::{InputId, OutputId, StepId};
+use crate::net::{InputId, OutputId, StepId, VarId};
 use crate::program::Origin;
 
 /// The representation of a net in C.
@@ -13,12 +14,14 @@ pub struct Representation {
     pub inputs: Vec<(InputId, Place)>,
     /// The places of the outputs in `PREFIX_out_t`.
     pub outputs: Vec<(OutputId, Place)>,
-    /// The functions of the user that give the inputs that are calls.
-    pub conditions: Vec<(InputId, String)>,
     /// What the scalars of `PREFIX_t` hold.
     pub state: Vec<(Place, Holds)>,
-    /// For each step, the function that tells whether it is active.
+    /// The functions that tell whether a step is active.
     pub active: Vec<(StepId, String)>,
+    /// The functions that return a variable.
+    pub vars: Vec<(VarId, String)>,
+    /// The function that returns the fault, if there is one.
+    pub fault: Option<String>,
 }
 
 /// A scalar member of a structure, or a bit of one.

@@ -107,8 +107,8 @@ fn integers(machine: &Machine, all: &mut Vec<(Source, Symbol)>) {
         for is_signed in [true, false] {
             let sign = if is_signed { "" } else { "u" };
             let kind = machine.exact(bits, is_signed);
-            for word in ["", "_least", "_fast"] {
-                // The fast types have exactly the widths in their names, as in avr-gcc and sdcc; no emitted text uses them.
+            // The widths of the fast types differ between libraries, so that they are unknown here.
+            for word in ["", "_least"] {
                 let lower = format!("{sign}int{word}{bits}");
                 let upper = lower.to_uppercase();
                 let name = format!("{lower}_t");

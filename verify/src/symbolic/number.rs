@@ -4,6 +4,9 @@ use grafsynth_ir::expr::{ArithOp, CompareOp};
 
 use super::aig::{Aig, Lit};
 
+/// The maximum number of bits of a number whose bounds are computed; wider ones are unbounded.
+const MAX_BITS: usize = 126;
+
 /// A signed number; the last bit is the sign and represents all higher bits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Number {
@@ -47,6 +50,9 @@ impl Number {
 
     /// The value, if it is constant.
     pub(crate) fn as_constant(&self) -> Option<i128> {
+        if self.bits.len() > MAX_BITS {
+            return None;
+        }
         let mut value = 0;
         for (at, bit) in self.bits.iter().enumerate() {
             let weight = i128::from(bit.as_constant()?) << at;
@@ -57,6 +63,9 @@ impl Number {
 
     /// Bounds of the value: each bit that is not constant counts as 0 and as 1.
     pub(crate) fn bounds(&self) -> (i128, i128) {
+        if self.bits.len() > MAX_BITS {
+            return (i128::MIN, i128::MAX);
+        }
         let (mut least, mut largest) = (0, 0);
         for (at, bit) in self.bits.iter().enumerate() {
             let weight = 1_i128 << at;

@@ -139,6 +139,9 @@ impl Attempt<'_> {
             Question::Active(at) => {
                 format!("`{}` may differ from the chart", self.of.hint.active[*at].1)
             }
+            Question::Var(at) => {
+                format!("`{}` may differ from the chart", self.of.hint.vars[*at].1)
+            }
             Question::Obligation(what, _, _) => format!("the C may do what is undefined ({what})"),
         }
     }

@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_c::tree::StructId;
+use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::net::InputKind;
 
 use super::exec::Program;
+use super::interface::INPUTS;
 use super::memory::Scalar;
-use super::net_values::{differs, scalar};
+use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::number::Number;
@@ -47,7 +48,10 @@ impl<'a> Attempt<'a> {
         let program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
         let named = |suffix: &str| {
             let name = format!("{}{suffix}", of.hint.prefix);
-            let symbol = of.unit.symbols.values().find(|symbol| symbol.name == name)?;
+            let is_it = |symbol: &&Symbol| {
+                symbol.name == name && matches!(symbol.kind, SymbolKind::Typedef)
+            };
+            let symbol = of.unit.symbols.values().find(is_it)?;
             symbol.canonical.ty.as_struct()
         };
         let structures =
@@ -110,13 +114,14 @@ impl<'a> Attempt<'a> {
         self.call("_init", &mut memory, None)?;
         let mut checks = self.related(&state, fault, &memory)?;
         checks.extend(self.shown_outputs(&outputs, &memory)?);
+        checks.extend(self.queries(&state, Some(Lit::FALSE), &memory)?);
         checks.extend(self.obligations());
         Ok(checks)
     }
 
     /// What must be true after a reaction.
     pub(super) fn reaction(&mut self) -> Result<Vec<Check>, String> {
-        let dt = self.dt();
+        let dt = self.dt()?;
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
@@ -124,24 +129,16 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
-        for (input, name) in &self.of.hint.conditions {
-            if let Some(symbol) = self.function(name) {
-                let value = scalar(&self.inputs.values[input.index()]);
-                self.program.given.insert(symbol, value);
-            }
-        }
-        let mut checks = Vec::new();
-        for (at, (step, name)) in self.of.hint.active.iter().enumerate() {
-            let Some(value) = self.ask(name, &mut memory)? else { continue };
-            let active = Value::Flag(self.state.active[step.index()]);
-            let broken = differs(self.aig(), &value, &active);
-            checks.push(Check { question: Question::Active(at), broken });
-        }
+        let mut checks = self.queries(&state, None, &memory)?;
+        let start = memory.clone();
         self.call("_step", &mut memory, Some(&dt))?;
+        if !memory.is_unchanged(&start, INPUTS) {
+            return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
+        }
         checks.extend(self.related(&next, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
-        let name = format!("{}_fault", self.of.hint.prefix);
-        if let Some(value) = self.ask(&name, &mut memory)? {
+        if let Some(name) = &self.of.hint.fault {
+            let value = self.ask(name, &memory)?;
             let broken = differs(self.aig(), &value, &Value::Flag(fault));
             checks.push(Check { question: Question::Fault, broken });
         }
@@ -161,17 +158,19 @@ impl<'a> Attempt<'a> {
     }
 
     /// The ticks of a reaction: every value of the parameter, or any number if there is none.
-    pub(super) fn dt(&mut self) -> Number {
-        let mut n_bits = 0;
-        if let Some(step) = self.function(&format!("{}_step", self.of.hint.prefix)) {
-            for param in self.params(step) {
-                let ty = &self.of.unit.symbols[param].canonical.ty;
-                if let Some(kind) = self.of.unit.integer(ty) {
-                    n_bits = self.of.unit.machine.bits(kind);
-                }
-            }
-        }
-        let bits = self.fresh(if n_bits == 0 { 16 } else { n_bits });
-        Number::from_code(self.aig(), &bits, 0)
+    pub(super) fn dt(&mut self) -> Result<Number, String> {
+        let machine = self.of.unit.machine;
+        let step = self.function(&format!("{}_step", self.of.hint.prefix));
+        let params = step.map(|step| self.params(step)).unwrap_or_default();
+        let kinds = params
+            .iter()
+            .filter_map(|param| self.of.unit.integer(&self.of.unit.symbols[*param].canonical.ty));
+        let n_bits = match kinds.collect::<Vec<_>>().as_slice() {
+            [] => 16,
+            [kind] if !machine.is_signed(*kind) => machine.bits(*kind),
+            _ => return Err("the parameters are not those of a reaction".to_owned()),
+        };
+        let bits = self.fresh(n_bits);
+        Ok(Number::from_code(self.aig(), &bits, 0))
     }
 }

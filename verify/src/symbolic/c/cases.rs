@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Input, InputKind, Net};
 
 use super::Induction;
 use super::attempt::Attempt;
@@ -25,6 +25,11 @@ impl Subject<'_> {
     /// Proves reset and reaction, in one piece if possible, else by cases.
     pub(super) fn prove(self) -> Result<Induction, String> {
         refuse(self.net)?;
+        for (id, output) in self.net.outputs.iter() {
+            if !self.hint.outputs.iter().any(|(known, _)| *known == id) {
+                return Err(format!("nothing tells where the C has output `{}`", output.name));
+            }
+        }
         let limits = Limits {
             conflicts: self.limits.conflicts.min(CONFLICTS),
             bdd_nodes: self.limits.bdd_nodes.min(DIAGRAM),
@@ -54,7 +59,7 @@ impl Subject<'_> {
             return Err(format!("{n_cases} cases are too many for a chart of this size"));
         }
         for (component, questions) in &open {
-            let Some(data) = self.facts.components.get(*component) else { continue };
+            let data = self.facts.components.get(*component).ok_or("an unknown component")?;
             let steps = data.steps.iter().map(|step| Some(*step));
             for active in steps.chain((!data.always).then_some(None)) {
                 let focus = Focus { component: *component, active };
@@ -109,7 +114,8 @@ fn refuse(net: &Net) -> Result<(), String> {
     if !net.c_texts().is_empty() {
         return Err("C code of the chart's author".to_owned());
     }
-    if net.outputs.values().any(|output| output.is_extern()) {
+    let is_called = |input: &Input| input.kind == InputKind::Extern;
+    if net.outputs.values().any(|output| output.is_extern()) || net.inputs.values().any(is_called) {
         return Err("calls of the user's functions are not covered by the induction".to_owned());
     }
     if net.steps.values().any(|step| !step.tasks.is_empty()) {

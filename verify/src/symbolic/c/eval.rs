@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
-use grafsynth_c::tree::types::{IntKind, Type};
+use grafsynth_c::tree::types::{IntKind, Qualified, Type};
 use grafsynth_c::tree::{
     BinaryOp, Callee, Expr, ExprKind, Init, Loc, LogicalOp, Place, PlaceKind, SymbolKind, UnaryOp,
 };
+use grafsynth_c::walk::{Node, expr_parts, place_parts};
 use grafsynth_ir::expr::{ArithOp, CompareOp};
 
 use super::exec::{Done, Program};
@@ -197,7 +198,9 @@ impl<'u> Program<'u> {
             }
             ExprKind::Address(place) | ExprKind::Decay(place) => {
                 let to = self.addresses(place, memory)?;
-                let cases = to.into_iter().map(|(it, when)| (Pointer::To(it), when)).collect();
+                let extent = n_cells(self.unit, &place.ty).ok_or("an object without a size")?;
+                let cases = to.into_iter().map(|(it, when)| (Pointer::To(it, extent), when));
+                let cases = cases.collect();
                 Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
             }
             ExprKind::Unary(op, a) => self.unary(expr, *op, a, memory),
@@ -306,9 +309,9 @@ impl<'u> Program<'u> {
 
     /// Joins two paths of an expression.
     fn join(&mut self, when: Lit, memory: &mut Memory, other: Memory) {
-        let n_objects = memory.objects.len();
+        let first = self.next_object();
         let ends = vec![(when, std::mem::take(memory)), (!when, other)];
-        *memory = Memory::merge(&mut self.aig, ends, n_objects);
+        *memory = Memory::merge(&mut self.aig, ends, first);
     }
 
     fn logical(&mut self, is_and: bool, all: &'u [Expr], memory: &mut Memory) -> Done<Lit> {
@@ -412,6 +415,13 @@ impl<'u> Program<'u> {
             _ => None,
         };
         let (exact, without) = found.ok_or("an operator without a meaning")?;
+        if op == BinaryOp::Rem && self.unit.machine.is_signed(kind) {
+            // The remainder exists only if the quotient does (C99 6.5.5p6).
+            let least = self.unit.machine.range(kind).0;
+            let (is_least, is_minus_one) = (a.is(&mut self.aig, least), b.is(&mut self.aig, -1));
+            let overflows = self.aig.and(is_least, is_minus_one);
+            self.oblige(overflows, "overflows", loc);
+        }
         self.oblige(without, "divides by 0", loc);
         self.fitted(exact, kind, loc)
     }
@@ -480,7 +490,11 @@ impl<'u> Program<'u> {
         let mut ways = Vec::new();
         for (x, when_x) in a {
             for (y, when_y) in b {
-                if x == y {
+                let is_same = match (x, y) {
+                    (Pointer::To(x, _), Pointer::To(y, _)) => x == y,
+                    (x, y) => x == y,
+                };
+                if is_same {
                     ways.push(self.aig.and(*when_x, *when_y));
                 }
             }
@@ -506,11 +520,14 @@ impl<'u> Program<'u> {
         match (&value, to) {
             (Scalar::Pointer(cases), Type::Pointer(target)) => {
                 let is_null = cases.iter().all(|(pointer, _)| *pointer == Pointer::Null);
-                let is_same = from.target().is_some_and(|from| from.ty == target.ty);
+                let keeps_const =
+                    |from: &Qualified| target.qualifiers.is_const || !from.qualifiers.is_const;
+                let is_same = from.target().is_some_and(|it| it.ty == target.ty && keeps_const(it));
                 if is_null || is_same {
                     return Ok(value);
                 }
-                Err("a conversion between pointers of different types".to_owned())
+                Err("a conversion between pointers of different types, or that drops `const`"
+                    .to_owned())
             }
             (Scalar::Int(number), Type::Pointer(_)) if number.as_constant() == Some(0) => {
                 Ok(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))
@@ -543,7 +560,7 @@ impl<'u> Program<'u> {
     fn at(&self, address: Address, memory: &Memory) -> Done<Rc<Cell>> {
         let cells = match address.object {
             Object::Constant(id) => self.constants.get(id),
-            Object::Changing(id) => memory.objects.get(id),
+            Object::Changing(id) => memory.object(id),
         };
         let cell = cells.and_then(|cells| cells.get(address.cell));
         cell.cloned().ok_or_else(|| "an access outside of an object".to_owned())
@@ -576,6 +593,9 @@ impl<'u> Program<'u> {
         memory: &mut Memory,
     ) -> Done<Vec<(Address, Lit)>> {
         self.tick()?;
+        if place.qualifiers.is_volatile {
+            return Err("a volatile object".to_owned());
+        }
         match &place.kind {
             PlaceKind::Symbol(id) => {
                 let local = self.frames.last().and_then(|frame| frame.get(id));
@@ -603,41 +623,41 @@ impl<'u> Program<'u> {
                 };
                 let size = n_cells(self.unit, &element.ty).ok_or("an element without a size")?;
                 let len = usize::try_from(*len).map_err(|_| "a large array")?;
-                self.elements(&all, &index, size, |_| len, place.span)
+                let from: Vec<(Address, usize, Lit)> =
+                    all.into_iter().map(|(it, when)| (it, len, when)).collect();
+                self.elements(&from, &index, size, place.span)
             }
             PlaceKind::At(pointer, index) => {
                 let index = self.int(index, memory)?;
                 let all = self.targets(pointer, memory, place.span)?;
                 let size = n_cells(self.unit, &place.ty).ok_or("an element without a size")?;
-                let lengths: Vec<usize> = self.constants.iter().map(|cells| cells.len()).collect();
-                let changing: Vec<usize> = memory.objects.iter().map(|it| it.len()).collect();
-                let left = move |it: Address| {
-                    let all = match it.object {
-                        Object::Constant(id) => lengths.get(id),
-                        Object::Changing(id) => changing.get(id),
-                    };
-                    all.map_or(0, |n| n.saturating_sub(it.cell) / size.max(1))
-                };
-                self.elements(&all, &index, size, left, place.span)
+                let from: Vec<(Address, usize, Lit)> = all
+                    .into_iter()
+                    .map(|(it, extent, when)| (it, extent / size.max(1), when))
+                    .collect();
+                self.elements(&from, &index, size, place.span)
             }
-            PlaceKind::Deref(pointer) => self.targets(pointer, memory, place.span),
+            PlaceKind::Deref(pointer) => {
+                let all = self.targets(pointer, memory, place.span)?;
+                Ok(all.into_iter().map(|(it, _, when)| (it, when)).collect())
+            }
         }
     }
 
-    /// What a pointer points to.
+    /// What a pointer points to, with the number of cells that can be reached from there.
     fn targets(
         &mut self,
         pointer: &'u Expr,
         memory: &mut Memory,
         loc: Loc,
-    ) -> Done<Vec<(Address, Lit)>> {
+    ) -> Done<Vec<(Address, usize, Lit)>> {
         let Scalar::Pointer(cases) = self.scalar(pointer, memory)? else {
             return Err("a number used as a pointer".to_owned());
         };
         let mut all = Vec::new();
         for (pointer, when) in cases {
             match pointer {
-                Pointer::To(address) => all.push((address, when)),
+                Pointer::To(address, extent) => all.push((address, extent, when)),
                 Pointer::Null | Pointer::Function(_) => {
                     self.oblige(when, "uses a pointer to nothing", loc);
                 }
@@ -646,18 +666,17 @@ impl<'u> Program<'u> {
         if all.is_empty() { Err("a pointer to nothing".to_owned()) } else { Ok(all) }
     }
 
-    /// The elements at an index, counted from one of several addresses.
+    /// The elements at an index, counted from one of several addresses, each with the number of its elements.
     fn elements(
         &mut self,
-        from: &[(Address, Lit)],
+        from: &[(Address, usize, Lit)],
         index: &Int,
         size: usize,
-        len: impl Fn(Address) -> usize,
         loc: Loc,
     ) -> Done<Vec<(Address, Lit)>> {
         let mut all = Vec::new();
-        for (address, when) in from {
-            let len = len(*address);
+        for (address, len, when) in from {
+            let len = *len;
             let outside = index.outside(&mut self.aig, 0, len as i128 - 1);
             let outside = self.aig.and(*when, outside);
             self.oblige(outside, "uses an index outside of its array", loc);
@@ -690,16 +709,23 @@ impl<'u> Program<'u> {
 
     /// Excludes the values of a cell for which the condition has the other truth value.
     pub(super) fn assume(&mut self, condition: &'u Expr, holds: bool, memory: &mut Memory) {
+        // An effect could have changed what an earlier operand read.
+        if !has_effects(condition) {
+            self.assume_pure(condition, holds, memory);
+        }
+    }
+
+    fn assume_pure(&mut self, condition: &'u Expr, holds: bool, memory: &mut Memory) {
         match &condition.kind {
-            ExprKind::Unary(UnaryOp::Not, inner) => self.assume(inner, !holds, memory),
+            ExprKind::Unary(UnaryOp::Not, inner) => self.assume_pure(inner, !holds, memory),
             ExprKind::Logical(op, all) if (*op == LogicalOp::And) == holds => {
-                all.iter().for_each(|one| self.assume(one, holds, memory));
+                all.iter().for_each(|one| self.assume_pure(one, holds, memory));
             }
             ExprKind::Convert(inner)
                 if self.unit.integer(&inner.ty).is_some()
                     && self.unit.integer(&condition.ty).is_some() =>
             {
-                self.assume(inner, holds, memory);
+                self.assume_pure(inner, holds, memory);
             }
             ExprKind::Binary(op, a, b) => {
                 let op = match op {
@@ -769,6 +795,28 @@ impl Address {
     /// The cell this many cells behind it.
     pub(super) fn behind(self, cells: usize) -> Address {
         Address { cell: self.cell + cells, ..self }
+    }
+}
+
+/// True if evaluating the expression may change memory.
+fn has_effects(expr: &Expr) -> bool {
+    let own = matches!(
+        &expr.kind,
+        ExprKind::Assign(..) | ExprKind::Update(..) | ExprKind::Step { .. } | ExprKind::Call(..)
+    );
+    let mut any = own;
+    expr_parts(expr, &mut |part| any |= part_has_effects(part));
+    any
+}
+
+fn part_has_effects(part: Node<'_>) -> bool {
+    match part {
+        Node::Expr(expr) => has_effects(expr),
+        Node::Place(place) => {
+            let mut any = false;
+            place_parts(place, &mut |part| any |= part_has_effects(part));
+            any
+        }
     }
 }
 

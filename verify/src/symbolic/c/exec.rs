@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{
     Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
 };
@@ -49,11 +50,11 @@ pub(super) struct Program<'u> {
     pub(super) statics: BTreeMap<SymbolId, Object>,
     /// The objects of the locals, by call.
     pub(super) frames: Vec<BTreeMap<SymbolId, Object>>,
-    /// The values of functions that the user provides.
-    pub(super) given: BTreeMap<SymbolId, Scalar>,
     /// The condition of the current path.
     pub(super) here: Lit,
     pub(super) obligations: Vec<Obligation>,
+    /// The number of objects so far, also of those that ended.
+    n_objects: usize,
     work: u64,
     node_limit: usize,
 }
@@ -96,24 +97,28 @@ impl<'u> Program<'u> {
             constants: Vec::new(),
             statics: BTreeMap::new(),
             frames: vec![BTreeMap::new()],
-            given: BTreeMap::new(),
             here: Lit::TRUE,
             obligations: Vec::new(),
+            n_objects: 0,
             work: 0,
             node_limit,
         };
-        let mut objects = Vec::new();
+        let mut objects: BTreeMap<SymbolId, (Option<&'u Init>, bool)> = BTreeMap::new();
         each_item(&unit.items, &mut |item| match &item.kind {
             ItemKind::Function { symbol, params, body } => {
                 program.functions.insert(*symbol, Function { params, body });
             }
-            ItemKind::Object { symbol, init, .. } => objects.push((*symbol, init.as_ref())),
+            ItemKind::Object { symbol, init, is_extern, .. } => {
+                let known = objects.entry(*symbol).or_default();
+                known.0 = known.0.or(init.as_ref());
+                known.1 |= !is_extern;
+            }
             _ => {}
         });
-        for (symbol, init) in objects {
+        for (symbol, (init, is_defined)) in objects {
             let data = &unit.symbols[symbol];
-            // An object that can change keeps a value between reactions outside the instance.
-            if !unit.has_const(&data.canonical) {
+            // An object that can change keeps a value between reactions outside the instance, and one of another text has an unknown value.
+            if !unit.has_const(&data.canonical) || init.is_none() && !is_defined {
                 continue;
             }
             let cells = program.initialised(&data.canonical.ty, init, true)?;
@@ -123,10 +128,22 @@ impl<'u> Program<'u> {
         Ok(program)
     }
 
+    /// Adds an object to memory.
+    pub(super) fn object(&mut self, memory: &mut Memory, cells: Vec<Rc<Cell>>) -> Object {
+        let object = memory.add(self.n_objects, cells);
+        self.n_objects += 1;
+        object
+    }
+
+    /// The number of the next object.
+    pub(super) fn next_object(&self) -> usize {
+        self.n_objects
+    }
+
     /// The cells of an object with an initialiser; without one, it is 0 if it `is_static`, else it has no value.
     pub(super) fn initialised(
         &mut self,
-        ty: &grafsynth_c::tree::types::Type,
+        ty: &Type,
         init: Option<&'u Init>,
         is_static: bool,
     ) -> Done<Vec<Rc<Cell>>> {
@@ -153,20 +170,18 @@ impl<'u> Program<'u> {
     ) -> Done<Option<Scalar>> {
         let data = &self.unit.symbols[function];
         let Some(Function { params, body }) = self.functions.get(&function) else {
-            return match self.given.get(&function) {
-                Some(value) => Ok(Some(value.clone())),
-                None => Err(format!("a call of `{}`, which is not in the text", data.name)),
-            };
+            return Err(format!("a call of `{}`, which is not in the text", data.name));
         };
         if self.frames.len() > MAX_CALLS {
             return Err("calls that are nested too deeply".to_owned());
         }
         let (params, body) = (*params, *body);
-        let n_objects = memory.objects.len();
+        let first = self.n_objects;
         let mut inner = memory.clone();
         let mut frame = BTreeMap::new();
         for (param, value) in params.iter().zip(arguments) {
-            frame.insert(*param, inner.add(vec![Rc::new(Cell::of(value))]));
+            let object = self.object(&mut inner, vec![Rc::new(Cell::of(value))]);
+            frame.insert(*param, object);
         }
         self.frames.push(frame);
         let flow = self.block(body, inner);
@@ -174,11 +189,17 @@ impl<'u> Program<'u> {
         let flow = flow?;
         let mut ends = flow.returns;
         ends.extend(flow.normal.map(|(when, memory)| (when, memory, None)));
+        if data.canonical.ty.as_function().is_some_and(|it| it.result.ty != Type::Void) {
+            let without = ends.iter().filter(|(_, _, value)| value.is_none());
+            let without: Vec<Lit> = without.map(|(when, _, _)| *when).collect();
+            let without = self.aig.or_all(without);
+            self.oblige(without, "returns no value", data.span);
+        }
         let values: Vec<(Lit, &Scalar)> =
             ends.iter().filter_map(|(when, _, value)| Some((*when, value.as_ref()?))).collect();
         let value = merge_scalars(&mut self.aig, &values);
         let memories = ends.into_iter().map(|(when, memory, _)| (when, memory)).collect();
-        *memory = Memory::merge(&mut self.aig, memories, n_objects);
+        *memory = Memory::merge(&mut self.aig, memories, first);
         Ok(value)
     }
 
@@ -212,7 +233,7 @@ impl<'u> Program<'u> {
     }
 
     fn block(&mut self, list: impl IntoIterator<Item = &'u Stmt>, memory: Memory) -> Done<Flow> {
-        let n_objects = memory.objects.len();
+        let first = self.n_objects;
         let before = self.here;
         let mut all = Flow::default();
         let mut now = Some((Lit::TRUE, memory));
@@ -233,7 +254,7 @@ impl<'u> Program<'u> {
         }
         self.here = before;
         if let Some((_, memory)) = &mut now {
-            memory.objects.truncate(n_objects);
+            memory.end(first);
         }
         all.normal = now;
         Ok(all)
@@ -264,7 +285,7 @@ impl<'u> Program<'u> {
                     Some(Init::Value(value)) => self.assigned(value, &mut memory)?,
                     init => self.initialised(&data.canonical.ty, init.as_ref(), false)?,
                 };
-                let object = memory.add(cells);
+                let object = self.object(&mut memory, cells);
                 if let Some(frame) = self.frames.last_mut() {
                     frame.insert(*symbol, object);
                 }
@@ -282,7 +303,7 @@ impl<'u> Program<'u> {
                 self.rounds(Some(condition), body, None, true, memory)
             }
             StmtKind::For { init, condition, step, body } => {
-                let n_objects = memory.objects.len();
+                let first = self.n_objects;
                 let mut all = Flow::default();
                 for one in init {
                     let part = self.stmt(one, memory)?;
@@ -294,7 +315,7 @@ impl<'u> Program<'u> {
                 let mut flow =
                     self.rounds(condition.as_ref(), body, step.as_ref(), false, memory)?;
                 if let Some((_, memory)) = &mut flow.normal {
-                    memory.objects.truncate(n_objects);
+                    memory.end(first);
                 }
                 Ok(flow)
             }
@@ -317,7 +338,7 @@ impl<'u> Program<'u> {
 
     fn branches(&mut self, arms: &'u [Arm], otherwise: &'u [Stmt], memory: Memory) -> Done<Flow> {
         let Some((arm, rest)) = arms.split_first() else { return self.block(otherwise, memory) };
-        let n_objects = memory.objects.len();
+        let first = self.n_objects;
         let mut memory = memory;
         let when = self.truth(&arm.condition, &mut memory)?;
         match when.as_constant() {
@@ -339,7 +360,7 @@ impl<'u> Program<'u> {
             (None, Some((then, memory))) => Some((self.aig.and(!when, then), memory)),
             (Some((yes, then)), Some((no, otherwise))) => {
                 let ends = vec![(when, then), (!when, otherwise)];
-                let memory = Memory::merge(&mut self.aig, ends, n_objects);
+                let memory = Memory::merge(&mut self.aig, ends, first);
                 Some((self.aig.ite(when, yes, no), memory))
             }
         };
@@ -353,7 +374,7 @@ impl<'u> Program<'u> {
         cases: &'u [Case],
         memory: Memory,
     ) -> Done<Flow> {
-        let n_objects = memory.objects.len();
+        let first = self.n_objects;
         let target = |value: i128| {
             let is = |case: &Case, wanted: Option<i128>| {
                 case.labels.iter().any(|label| match label {
@@ -422,7 +443,7 @@ impl<'u> Program<'u> {
             }
         }
         let is_total = all.returns.is_empty() && all.continues.is_empty();
-        all.normal = self.joined(ends, is_total, n_objects);
+        all.normal = self.joined(ends, is_total, first);
         Ok(all)
     }
 
@@ -431,7 +452,7 @@ impl<'u> Program<'u> {
         &mut self,
         ends: Vec<(Lit, Memory)>,
         is_total: bool,
-        n_objects: usize,
+        first: usize,
     ) -> Option<(Lit, Memory)> {
         if ends.is_empty() {
             return None;
@@ -441,7 +462,7 @@ impl<'u> Program<'u> {
         } else {
             self.aig.or_all(ends.iter().map(|(when, _)| *when).collect::<Vec<_>>())
         };
-        Some((when, Memory::merge(&mut self.aig, ends, n_objects)))
+        Some((when, Memory::merge(&mut self.aig, ends, first)))
     }
 
     /// A loop; with `is_do`, the first round has no condition.
@@ -467,7 +488,7 @@ impl<'u> Program<'u> {
         is_do: bool,
         mut memory: Memory,
     ) -> Done<Flow> {
-        let n_objects = memory.objects.len();
+        let first = self.n_objects;
         let before = self.here;
         let mut all = Flow::default();
         let mut ends: Vec<(Lit, Memory)> = Vec::new();
@@ -501,7 +522,7 @@ impl<'u> Program<'u> {
                 ends.push((self.aig.and(running, when), memory));
             }
             let on: Vec<(Lit, Memory)> = continues.into_iter().chain(normal).collect();
-            let Some((then, after)) = self.joined(on, false, n_objects) else { break };
+            let Some((then, after)) = self.joined(on, false, first) else { break };
             memory = after;
             running = self.aig.and(running, then);
             self.here = self.aig.and(before, running);
@@ -513,7 +534,7 @@ impl<'u> Program<'u> {
             }
         }
         let is_total = all.returns.is_empty();
-        all.normal = self.joined(ends, is_total, n_objects);
+        all.normal = self.joined(ends, is_total, first);
         Ok(all)
     }
 }

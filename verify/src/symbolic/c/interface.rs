@@ -4,21 +4,31 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use grafsynth_c::tree::types::{IntKind, Type};
-use grafsynth_c::tree::{ItemKind, StructId, SymbolId, Unit};
+use grafsynth_c::tree::{ItemKind, StructId, SymbolId, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::instance::Place;
 
 use super::attempt::{Attempt, Structures};
 use super::memory::{Address, Cell, Memory, Object, Pointer, Scalar, member_offset, n_cells};
-use super::net_values::scalar;
+use super::net_values::{differs, scalar};
+use super::question::{Check, Question};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
+use crate::symbolic::state::{State, Value};
+
+/// The objects of the interface in memory.
+const INSTANCE: usize = 0;
+const OUTPUTS: usize = 1;
+pub(super) const INPUTS: usize = 2;
 
 impl Attempt<'_> {
     pub(super) fn function(&self, name: &str) -> Option<SymbolId> {
         let mut all = self.of.unit.symbols.iter();
-        all.find(|(_, symbol)| symbol.name == name).map(|(id, _)| id)
+        all.find(|(_, symbol)| {
+            symbol.name == name && matches!(symbol.kind, SymbolKind::Function(_))
+        })
+        .map(|(id, _)| id)
     }
 
     pub(super) fn params(&self, function: SymbolId) -> Vec<SymbolId> {
@@ -47,16 +57,28 @@ impl Attempt<'_> {
             cells[at] = Rc::new(Cell::of(value));
         }
         let mut memory = Memory::default();
-        memory.add(cells);
+        self.program.object(&mut memory, cells);
         let mut cells = unset(self.of.unit, outputs);
         if state.is_some() {
-            // The reset set them, and the caller may have written anything since.
+            // The reset set them, and the caller may have written any values since; unused bits of words stay 0.
+            let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
             for (_, place) in &self.of.hint.outputs {
-                let (at, _) = self.cell_of(outputs, place)?;
-                cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
+                let (at, kind) = self.cell_of(outputs, place)?;
+                if let Some(bit) = place.bit {
+                    let width = self.of.unit.machine.bits(kind) as usize;
+                    let own = self.fresh(1);
+                    let word = words.entry(at).or_insert_with(|| vec![Lit::FALSE; width + 1]);
+                    let bit = word.get_mut(bit as usize).filter(|_| (bit as usize) < width);
+                    *bit.ok_or("an output beyond its word")? = own[0];
+                } else {
+                    cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
+                }
+            }
+            for (at, bits) in words {
+                cells[at] = Rc::new(Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits)))));
             }
         }
-        memory.add(cells);
+        self.program.object(&mut memory, cells);
         let mut cells = unset(self.of.unit, inputs);
         let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
         for (input, place) in &self.of.hint.inputs {
@@ -64,7 +86,10 @@ impl Attempt<'_> {
             let value = scalar(&self.inputs.values[input.index()]);
             if let Some(bit) = place.bit {
                 let width = self.of.unit.machine.bits(kind) as usize;
-                let word = words.entry(at).or_insert_with(|| vec![Lit::FALSE; width + 1]);
+                // A port register may be copied there: the other bits are anything.
+                let mut fresh = self.fresh(u32::try_from(width).unwrap_or(0));
+                fresh.push(Lit::FALSE);
+                let word = words.entry(at).or_insert(fresh);
                 if let (Some(place), Scalar::Int(Int::Bit(lit))) =
                     (word.get_mut(bit as usize), value)
                 {
@@ -77,7 +102,7 @@ impl Attempt<'_> {
         for (at, bits) in words {
             cells[at] = Rc::new(Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits)))));
         }
-        memory.add(cells);
+        self.program.object(&mut memory, cells);
         Ok(memory)
     }
 
@@ -126,7 +151,7 @@ impl Attempt<'_> {
         place: &Place,
     ) -> Result<Rc<Cell>, String> {
         let (cell, _) = self.cell_of(of, place)?;
-        let found = memory.objects.get(object).and_then(|cells| cells.get(cell));
+        let found = memory.object(object).and_then(|cells| cells.get(cell));
         found.cloned().ok_or_else(|| format!("there is no member `{}`", place.member))
     }
 
@@ -155,9 +180,9 @@ impl Attempt<'_> {
             let ty = &symbol.canonical.ty;
             let target = ty.target().and_then(|it| it.ty.as_struct());
             let object = match target {
-                Some(id) if Some(id) == instance => 0,
-                Some(id) if Some(id) == outputs => 1,
-                Some(id) if Some(id) == inputs => 2,
+                Some(id) if Some(id) == instance => INSTANCE,
+                Some(id) if Some(id) == outputs => OUTPUTS,
+                Some(id) if Some(id) == inputs => INPUTS,
                 _ => match (dt, self.of.unit.integer(ty)) {
                     (Some(dt), Some(_)) => {
                         arguments.push(Scalar::Int(Int::Word(dt.clone())));
@@ -167,18 +192,55 @@ impl Attempt<'_> {
                 },
             };
             let address = Address { object: Object::Changing(object), cell: 0 };
-            arguments.push(Scalar::Pointer(vec![(Pointer::To(address), Lit::TRUE)]));
+            let extent = n_cells(self.of.unit, &ty.target().map_or(Type::Void, |it| it.ty.clone()));
+            let pointer = Pointer::To(address, extent.unwrap_or(0));
+            arguments.push(Scalar::Pointer(vec![(pointer, Lit::TRUE)]));
         }
         Ok(arguments)
     }
 
-    /// The answer of a query about the instance; `None` if there is no such function.
-    pub(super) fn ask(&mut self, name: &str, memory: &mut Memory) -> Result<Option<Int>, String> {
-        let Some(function) = self.function(name) else { return Ok(None) };
+    /// The answer of a query, which must not change anything.
+    pub(super) fn ask(&mut self, name: &str, memory: &Memory) -> Result<Int, String> {
+        let function = self.function(name).ok_or_else(|| format!("there is no `{name}`"))?;
         let arguments = self.arguments(function, None)?;
-        match self.program.call(function, arguments, memory)? {
-            Some(Scalar::Int(value)) => Ok(Some(value)),
+        let mut after = memory.clone();
+        let answer = self.program.call(function, arguments, &mut after)?;
+        let objects = [INSTANCE, OUTPUTS, INPUTS];
+        if !objects.into_iter().all(|object| after.is_unchanged(memory, object)) {
+            return Err(format!("`{name}` changes the instance"));
+        }
+        match answer {
+            Some(Scalar::Int(value)) => Ok(value),
             _ => Err(format!("`{name}` returns no number")),
         }
+    }
+
+    /// What the queries about a state answer.
+    pub(super) fn queries(
+        &mut self,
+        state: &State,
+        fault: Option<Lit>,
+        memory: &Memory,
+    ) -> Result<Vec<Check>, String> {
+        let hint = self.of.hint;
+        let mut checks = Vec::new();
+        for (at, (step, name)) in hint.active.iter().enumerate() {
+            let value = self.ask(name, memory)?;
+            let active = Value::Flag(state.active[step.index()]);
+            let broken = differs(self.aig(), &value, &active);
+            checks.push(Check { question: Question::Active(at), broken });
+        }
+        for (at, (var, name)) in hint.vars.iter().enumerate() {
+            let value = self.ask(name, memory)?;
+            let Some(wanted) = state.vars[var.index()].first().cloned() else { continue };
+            let broken = differs(self.aig(), &value, &wanted);
+            checks.push(Check { question: Question::Var(at), broken });
+        }
+        if let (Some(fault), Some(name)) = (fault, &hint.fault) {
+            let value = self.ask(name, memory)?;
+            let broken = differs(self.aig(), &value, &Value::Flag(fault));
+            checks.push(Check { question: Question::Fault, broken });
+        }
+        Ok(checks)
     }
 }

@@ -1,5 +1,6 @@
 //! The memory of the C program: objects as lists of scalar cells, with copies that cost little.
 
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use grafsynth_c::tree::SymbolId;
@@ -21,8 +22,8 @@ pub(super) enum Scalar {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Pointer {
     Null,
-    /// The cell, or the aggregate that starts there.
-    To(Address),
+    /// The cell, or the aggregate that starts there, and the number of cells of what it points into: an object or an array.
+    To(Address, usize),
     Function(SymbolId),
 }
 
@@ -70,28 +71,51 @@ impl Cell {
 /// The cells of an object.
 pub(super) type Cells = Rc<Vec<Rc<Cell>>>;
 
-/// All objects that can change.
+/// All objects that can change, by number. A number is never used twice, so that a pointer to an object that is gone points to nothing.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memory {
-    pub(super) objects: Vec<Cells>,
+    objects: BTreeMap<usize, Cells>,
 }
 
 impl Memory {
-    /// A new object with these cells.
-    pub(super) fn add(&mut self, cells: Vec<Rc<Cell>>) -> Object {
-        self.objects.push(Rc::new(cells));
-        Object::Changing(self.objects.len() - 1)
+    /// Adds an object with a new number.
+    pub(super) fn add(&mut self, number: usize, cells: Vec<Rc<Cell>>) -> Object {
+        self.objects.insert(number, Rc::new(cells));
+        Object::Changing(number)
+    }
+
+    /// The cells of an object, if it exists.
+    pub(super) fn object(&self, number: usize) -> Option<&Cells> {
+        self.objects.get(&number)
+    }
+
+    /// Removes the objects from this number on.
+    pub(super) fn end(&mut self, first: usize) {
+        self.objects.split_off(&first);
+    }
+
+    /// True if nothing was assigned to an object since `before`; exclusions of values are not assignments.
+    pub(super) fn is_unchanged(&self, before: &Memory, object: usize) -> bool {
+        let same = |(a, b): (&Rc<Cell>, &Rc<Cell>)| Rc::ptr_eq(whole(a), whole(b));
+        match (self.object(object), before.object(object)) {
+            (Some(a), Some(b)) => a.len() == b.len() && a.iter().zip(b.iter()).all(same),
+            _ => false,
+        }
     }
 
     /// True if both are copies of one memory to which nothing was assigned since.
     pub(super) fn is_same(&self, other: &Memory) -> bool {
         self.objects.len() == other.objects.len()
-            && self.objects.iter().zip(&other.objects).all(|(a, b)| Rc::ptr_eq(a, b))
+            && self
+                .objects
+                .iter()
+                .zip(&other.objects)
+                .all(|(a, b)| a.0 == b.0 && Rc::ptr_eq(a.1, b.1))
     }
 
     /// Replaces a cell; false if it does not exist.
     pub(super) fn put(&mut self, object: usize, cell: usize, value: Rc<Cell>) -> bool {
-        let Some(cells) = self.objects.get_mut(object) else { return false };
+        let Some(cells) = self.objects.get_mut(&object) else { return false };
         match Rc::make_mut(cells).get_mut(cell) {
             Some(place) => {
                 *place = value;
@@ -101,22 +125,27 @@ impl Memory {
         }
     }
 
-    /// The memory after several paths, each with its condition, of which exactly one is true. `n_objects` is the number of objects that existed before the paths
-    /// separated.
-    pub(super) fn merge(aig: &mut Aig, all: Vec<(Lit, Memory)>, n_objects: usize) -> Memory {
+    /// The memory after several paths, each with its condition, of which exactly one is true. Objects from `first` on were made after the paths
+    /// separated, and end here.
+    pub(super) fn merge(aig: &mut Aig, all: Vec<(Lit, Memory)>, first: usize) -> Memory {
         let mut all = all;
+        all.iter_mut().for_each(|(_, memory)| memory.end(first));
         if all.len() == 1 {
-            let mut only = all.pop().map(|(_, memory)| memory).unwrap_or_default();
-            only.objects.truncate(n_objects);
-            return only;
+            return all.pop().map(|(_, memory)| memory).unwrap_or_default();
         }
-        let mut objects = Vec::with_capacity(n_objects);
-        for at in 0..n_objects {
-            let versions: Vec<(Lit, &Cells)> =
-                all.iter().map(|(when, memory)| (*when, &memory.objects[at])).collect();
-            let Some((_, first)) = versions.first() else { break };
+        let mut objects = BTreeMap::new();
+        let numbers: Vec<usize> = all
+            .first()
+            .map(|(_, memory)| memory.objects.keys().copied().collect())
+            .unwrap_or_default();
+        for number in numbers {
+            let versions: Vec<(Lit, &Cells)> = all
+                .iter()
+                .filter_map(|(when, memory)| Some((*when, memory.object(number)?)))
+                .collect();
+            let Some((_, first)) = versions.first() else { continue };
             if versions.iter().all(|(_, cells)| Rc::ptr_eq(cells, first)) {
-                objects.push((*first).clone());
+                objects.insert(number, (*first).clone());
                 continue;
             }
             let merged = (0..first.len()).map(|cell| {
@@ -124,7 +153,7 @@ impl Memory {
                     versions.iter().map(|(when, cells)| (*when, &cells[cell])).collect();
                 merge_cells(aig, &cells)
             });
-            objects.push(Rc::new(merged.collect()));
+            objects.insert(number, Rc::new(merged.collect()));
         }
         Memory { objects }
     }
@@ -185,7 +214,7 @@ pub(super) fn merge_scalars(aig: &mut Aig, all: &[(Lit, &Scalar)]) -> Option<Sca
 
 /// The cases of a pointer, each target once.
 pub(super) fn pointer_cases(aig: &mut Aig, all: Vec<(Pointer, Lit)>) -> Vec<(Pointer, Lit)> {
-    let mut by_target: std::collections::BTreeMap<Pointer, Vec<Lit>> = Default::default();
+    let mut by_target: BTreeMap<Pointer, Vec<Lit>> = Default::default();
     for (pointer, condition) in all {
         if condition != Lit::FALSE {
             by_target.entry(pointer).or_default().push(condition);

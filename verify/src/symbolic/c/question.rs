@@ -20,6 +20,8 @@ pub(super) enum Question {
     Fault,
     /// The function that tells whether a step is active, by its number in the hint.
     Active(usize),
+    /// The function that returns a variable, by its number in the hint.
+    Var(usize),
     /// Something that C leaves undefined, with its location.
     Obligation(&'static str, u32, usize),
 }

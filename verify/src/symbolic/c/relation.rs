@@ -1,6 +1,6 @@
 //! The relation between the net and the instance: states that belong together, and outputs that are equal.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_c::tree::StructId;
 use grafsynth_c::tree::types::IntKind;
@@ -243,6 +243,29 @@ impl Attempt<'_> {
             };
             let broken = differs(aig, &value, &wanted);
             let broken = aig.or(broken, cell.unset);
+            checks.push(Check { question: Question::Output(at), broken });
+        }
+        checks.extend(self.unused_bits(memory)?);
+        Ok(checks)
+    }
+
+    /// The bits of words of outputs that are no outputs must be 0.
+    fn unused_bits(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+        let mut words: BTreeMap<Place, (usize, BTreeSet<u32>)> = BTreeMap::new();
+        for (at, (_, place)) in self.of.hint.outputs.iter().enumerate() {
+            if let Some(bit) = place.bit {
+                let word = Place { bit: None, ..place.clone() };
+                words.entry(word).or_insert((at, BTreeSet::new())).1.insert(bit);
+            }
+        }
+        let mut checks = Vec::new();
+        for (place, (at, used)) in words {
+            let cell = self.read(memory, 1, self.structures.outputs, &place)?;
+            let Some(Scalar::Int(value)) = &cell.value else { continue };
+            let aig = &mut self.program.aig;
+            let number = value.number(aig);
+            let unused = (0..).zip(number.bits()).filter(|(bit, _)| !used.contains(bit));
+            let broken = aig.or_all(unused.map(|(_, lit)| *lit).collect::<Vec<_>>());
             checks.push(Check { question: Question::Output(at), broken });
         }
         Ok(checks)

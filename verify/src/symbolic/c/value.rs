@@ -141,7 +141,8 @@ impl Int {
             }
             Int::Word(number) => {
                 let (least, largest) = number.bounds();
-                if wrap(least) == least && wrap(largest) == largest && largest - least < 1 << bits {
+                let fits = |value: i128| value.abs() < 1 << 100 && wrap(value) == value;
+                if least > i128::MIN && fits(least) && fits(largest) {
                     return self.clone();
                 }
                 let mut kept: Vec<Lit> = (0..bits as usize).map(|at| number.bit(at)).collect();
