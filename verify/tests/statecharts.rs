@@ -149,7 +149,7 @@ fn mutant(logic: &Logic, random: &mut Random) -> Logic {
 
 #[test]
 fn circuits_are_proved_and_wrong_ones_are_not() {
-    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(3);
+    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(5);
     let mut open: BTreeMap<String, u32> = BTreeMap::new();
     let (mut n_proved, mut n_mutants, mut n_wrong) = (0, 0, 0);
     for seed in 0..n {
@@ -168,7 +168,7 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
                 }
                 assert!(by_chance(&net, &logic, 500).is_none(), "seed {seed}: wrongly proved");
                 let mut random = Random::new(seed);
-                for _ in 0..3 {
+                for _ in 0..2 {
                     let wrong = mutant(&logic, &mut random);
                     n_mutants += 1;
                     let differs = by_chance(&net, &wrong, 500).is_some();

@@ -6,8 +6,7 @@ use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::net::InputKind;
 
 use super::exec::Program;
-use super::interface::INPUTS;
-use super::memory::Scalar;
+use super::memory::{INPUTS, Scalar};
 use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
 use crate::symbolic::aig::{Aig, Lit};

@@ -9,18 +9,16 @@ use grafsynth_c::walk::each_item;
 use grafsynth_ir::instance::Place;
 
 use super::attempt::{Attempt, Structures};
-use super::memory::{Address, Cell, Memory, Object, Pointer, Scalar, member_offset, n_cells};
+use super::memory::{
+    Address, Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Object, Pointer, Scalar, member_offset,
+    n_cells,
+};
 use super::net_values::{differs, scalar};
 use super::question::{Check, Question};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
 use crate::symbolic::state::{State, Value};
-
-/// The objects of the interface in memory.
-const INSTANCE: usize = 0;
-const OUTPUTS: usize = 1;
-pub(super) const INPUTS: usize = 2;
 
 impl Attempt<'_> {
     pub(super) fn function(&self, name: &str) -> Option<SymbolId> {

@@ -10,6 +10,11 @@ use grafsynth_c::tree::types::Type;
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
 
+/// The objects of the interface, which are the first ones.
+pub(super) const INSTANCE: usize = 0;
+pub(super) const OUTPUTS: usize = 1;
+pub(super) const INPUTS: usize = 2;
+
 /// A scalar value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Scalar {

@@ -10,7 +10,7 @@ use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
 
 use super::attempt::Attempt;
-use super::memory::{Memory, Scalar};
+use super::memory::{INSTANCE, Memory, OUTPUTS, Scalar};
 use super::net_values::{differs, piece};
 use super::question::{Check, Question};
 use super::value::Int;
@@ -136,7 +136,7 @@ impl Attempt<'_> {
         let mut checks = Vec::new();
         for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
             let question = Question::State(at);
-            let cell = self.read(memory, 0, self.structures.instance, place)?;
+            let cell = self.read(memory, INSTANCE, self.structures.instance, place)?;
             let value = match (&cell.value, holds) {
                 (Some(Scalar::Int(value)), _) => value.clone(),
                 (_, Holds::Piece(origin, element))
@@ -227,7 +227,7 @@ impl Attempt<'_> {
     ) -> Result<Vec<Check>, String> {
         let mut checks = Vec::new();
         for (at, (output, place)) in self.of.hint.outputs.iter().enumerate() {
-            let cell = self.read(memory, 1, self.structures.outputs, place)?;
+            let cell = self.read(memory, OUTPUTS, self.structures.outputs, place)?;
             let Some(Scalar::Int(value)) = &cell.value else {
                 return Err(format!("output `{}` is not set", self.of.net.outputs[*output].name));
             };
@@ -260,7 +260,7 @@ impl Attempt<'_> {
         }
         let mut checks = Vec::new();
         for (place, (at, used)) in words {
-            let cell = self.read(memory, 1, self.structures.outputs, &place)?;
+            let cell = self.read(memory, OUTPUTS, self.structures.outputs, &place)?;
             let Some(Scalar::Int(value)) = &cell.value else { continue };
             let aig = &mut self.program.aig;
             let number = value.number(aig);
