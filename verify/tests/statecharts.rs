@@ -168,7 +168,7 @@ fn circuits_are_proved_and_wrong_ones_are_not() {
                 }
                 assert!(by_chance(&net, &logic, 500).is_none(), "seed {seed}: wrongly proved");
                 let mut random = Random::new(seed);
-                for _ in 0..2 {
+                for _ in 0..4 {
                     let wrong = mutant(&logic, &mut random);
                     n_mutants += 1;
                     let differs = by_chance(&net, &wrong, 500).is_some();
