@@ -183,7 +183,7 @@ fn circuits(net: &Valid<Net>) -> Option<(usize, usize, Vec<Logic>)> {
 
 #[test]
 fn circuits_with_shared_timers_are_proved_in_both_ways() {
-    let nets = sharing(rounds(10, 1_500));
+    let nets = sharing(rounds(6, 1_500));
     let results = in_parallel(&nets, |(seed, net)| {
         let (n_own, n_shared, logics) = circuits(net)?;
         assert!(n_shared < n_own, "seed {seed}: {n_shared} flip-flops, {n_own} without sharing");
