@@ -9,6 +9,7 @@
 #![allow(clippy::wildcard_enum_match_arm, reason = "what is not listed is refused")]
 
 mod answers;
+mod assume;
 mod attempt;
 mod cases;
 mod eval;

@@ -265,7 +265,8 @@ pub(super) fn compare(aig: &mut Aig, op: CompareOp, a: &Int, b: &Int) -> Lit {
     Number::compare(aig, op, &a, &b)
 }
 
-fn apply(op: CompareOp, a: i128, b: i128) -> bool {
+/// A comparison of constants.
+pub(super) fn apply(op: CompareOp, a: i128, b: i128) -> bool {
     match op {
         CompareOp::Eq => a == b,
         CompareOp::Ne => a != b,
