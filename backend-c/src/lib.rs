@@ -48,90 +48,19 @@ mod safe;
 mod source;
 mod statechart;
 mod style_output;
+mod styles;
 mod switch;
 mod times;
 pub mod trace;
 
 pub use harness::{explorer, harness, multi_harness};
+pub use styles::Style;
 
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
 use grafsynth_ir::{Span, Valid};
-use refusal::Failure;
-
-/// The style of the emitted code.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub enum Style {
-    /// The best style for the chart: `Switch`, with tables where they pay, otherwise `Bits`. For a statechart, `Switch` uses a variable for each
-    /// region.
-    #[default]
-    Auto,
-    /// A `switch` over a state variable for each sequential component, never tables.
-    Switch,
-    /// Like `Switch`, with tables for all components that only wait for inputs, however small.
-    Tables,
-    /// One bit for each step, the whole reaction as straight-line code.
-    Bits,
-    /// The chart as an image that a fixed engine interprets: tables if they can express it, otherwise like `Program`.
-    Engine,
-    /// Like `Engine`, but always the reaction program as byte code, so that every chart can be loaded later.
-    Program,
-    /// A statechart as the tables `BSTATE` and `BTRANS` of a published engine, with guards and actions as functions, and a fixed engine.
-    Btrans,
-}
-
-impl Style {
-    /// All styles.
-    pub const ALL: [Style; 7] = [
-        Style::Auto,
-        Style::Switch,
-        Style::Tables,
-        Style::Bits,
-        Style::Engine,
-        Style::Program,
-        Style::Btrans,
-    ];
-
-    /// The name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Style::Auto => "auto",
-            Style::Switch => "switch",
-            Style::Tables => "tables",
-            Style::Bits => "bits",
-            Style::Engine => "engine",
-            Style::Program => "program",
-            Style::Btrans => "btrans",
-        }
-    }
-
-    /// A description of the code, in one line.
-    #[must_use]
-    pub fn about(self) -> &'static str {
-        match self {
-            Style::Auto => {
-                "the best of switch, tables and bits for the chart (with --for: the cheapest on that machine)"
-            }
-            Style::Switch => "a switch over a state variable for each sequential component",
-            Style::Tables => "constant tables for each component that only waits for inputs",
-            Style::Bits => "one bit per step, straight-line code",
-            Style::Engine => "an image of the chart that a fixed engine interprets",
-            Style::Program => "byte code that a fixed engine interprets, for every kind of chart",
-            Style::Btrans => {
-                "statecharts: tables of states and of transitions sorted by event, with a fixed engine"
-            }
-        }
-    }
-
-    /// The style with that name.
-    #[must_use]
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|style| style.name() == name)
-    }
-}
 
 /// The layout of Boolean inputs and outputs in `NAME_in_t` and `NAME_out_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -385,94 +314,13 @@ pub fn emit(
         diagnostics.push(refusal);
         return Err(diagnostics);
     }
-    let mut reason = String::new();
-    let shaped = match options.style {
-        Style::Bits => None,
-        Style::Btrans => match engine::btrans::program(net, &names, options) {
-            Ok(program) => Some(program),
-            Err(refusal) => {
-                let message =
-                    format!("the tables of states and transitions do not support {}", refusal.what);
-                diagnostics.push(
-                    Diagnostic::error(codes::BTRANS_REFUSED, message)
-                        .at(refusal.span, "used here")
-                        .help("build it as `c` or `c-engine`"),
-                );
-                return Err(diagnostics);
-            }
-        },
-        Style::Engine | Style::Program => {
-            let tables = if options.style == Style::Program {
-                Err("requested".to_owned())
-            } else {
-                engine::program(net, &names, options).map_err(|refusal| refusal.what)
-            };
-            match tables {
-                Ok(program) => Some(program),
-                Err(why) => {
-                    reason = why;
-                    match engine::program::program(net, facts, &names, options) {
-                        Ok(program) => Some(program),
-                        Err(Failure::Errors(errors)) => {
-                            diagnostics.extend(errors);
-                            return Err(diagnostics);
-                        }
-                        Err(Failure::Refused(refusal)) => {
-                            let message = format!("no engine supports {}", refusal.what);
-                            diagnostics.push(
-                                Diagnostic::error(codes::ENGINE_REFUSED, message)
-                                    .at(refusal.span, "used here")
-                                    .help(
-                                        "build it as `c`, which is compiled instead of interpreted",
-                                    ),
-                            );
-                            return Err(diagnostics);
-                        }
-                    }
-                }
-            }
+    let request = styles::Request { net, facts, names: &names, options };
+    let styles::Emitted { program, reason } = match (options.style.row().emit)(&request) {
+        Ok(emitted) => emitted,
+        Err(errors) => {
+            diagnostics.extend(errors);
+            return Err(diagnostics);
         }
-        Style::Auto | Style::Switch | Style::Tables => {
-            let shaped = if net.settings.policy.is_statechart() {
-                statechart::program(net, facts, &names, options)
-            } else {
-                switch::program(net, facts, &names, options)
-            };
-            match shaped {
-                Ok(program) => Some(program),
-                Err(Failure::Errors(errors)) => {
-                    diagnostics.extend(errors);
-                    return Err(diagnostics);
-                }
-                Err(Failure::Refused(refusal)) if options.style == Style::Auto => {
-                    reason = refusal.what;
-                    None
-                }
-                Err(Failure::Refused(refusal)) => {
-                    let message = format!(
-                        "the style `{}` does not support {}",
-                        options.style.name(),
-                        refusal.what
-                    );
-                    diagnostics.push(
-                        Diagnostic::error(codes::STYLE_REFUSED, message)
-                            .at(refusal.span, "used here")
-                            .help("build it as `c` without `--style`, which chooses a style that supports the chart, or as `c-bits`"),
-                    );
-                    return Err(diagnostics);
-                }
-            }
-        }
-    };
-    let program = match shaped {
-        Some(program) => program,
-        None => match bits::program(net, facts, &names, options) {
-            Ok(program) => program,
-            Err(errors) => {
-                diagnostics.extend(errors);
-                return Err(diagnostics);
-            }
-        },
     };
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();

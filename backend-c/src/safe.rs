@@ -98,14 +98,7 @@ pub(crate) fn force(
 
 /// Why the safe state cannot check the requested code.
 pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
-    let engine = match options.style {
-        crate::Style::Engine => "the table engine",
-        crate::Style::Program => "the program engine",
-        crate::Style::Btrans => "the engine of states and transitions",
-        crate::Style::Auto | crate::Style::Switch | crate::Style::Tables | crate::Style::Bits => {
-            return None;
-        }
-    };
+    let engine = options.style.row().engine?;
     let message = format!(
         "`--safe-state` does not support {engine}: only the tables define what its instance means"
     );

@@ -75,7 +75,7 @@ pub(crate) fn values() -> impl Iterator<Item = (&'static str, &'static str, Vec<
 }
 
 fn targets() -> Vec<(String, String)> {
-    Target::ALL.iter().map(|(_, name, about)| ((*name).to_owned(), (*about).to_owned())).collect()
+    Target::all().map(|(_, name, about)| (name.to_owned(), about.to_owned())).collect()
 }
 
 fn devices() -> Vec<(String, String)> {

@@ -44,35 +44,8 @@ pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
 }
 
 impl Target {
-    /// All targets with their names and descriptions.
-    pub const ALL: [(Target, &'static str, &'static str); 17] = [
-        (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters"),
-        (
-            Target::C(Some(Style::Switch)),
-            "c-switch",
-            "the same, always a switch over sequential components",
-        ),
-        (
-            Target::C(Some(Style::Tables)),
-            "c-tables",
-            "the same, components as constant tables if possible",
-        ),
-        (Target::C(Some(Style::Bits)), "c-bits", "the same, always one bit for each step"),
-        (
-            Target::C(Some(Style::Engine)),
-            "c-engine",
-            "the same, as tables for an engine that is the same for all charts",
-        ),
-        (
-            Target::C(Some(Style::Btrans)),
-            "c-btrans",
-            "the same, a statechart as a table of states and a table of transitions sorted by event",
-        ),
-        (
-            Target::C(Some(Style::Program)),
-            "c-program",
-            "the same, as byte code for an engine; supports every kind of chart",
-        ),
+    /// All targets except those of C, with their names and descriptions.
+    const OTHERS: [(Target, &'static str, &'static str); 10] = [
         (Target::Logic(Dialect::Palasm), "palasm", "PALASM 2 equations (.pds)"),
         (Target::Logic(Dialect::Cupl), "cupl", "CUPL equations (.pld)"),
         (Target::Logic(Dialect::Galasm), "galasm", "GALasm and galette equations (.pld)"),
@@ -97,17 +70,25 @@ impl Target {
         ),
     ];
 
+    /// All targets with their names and descriptions.
+    pub fn all() -> impl Iterator<Item = (Target, &'static str, &'static str)> {
+        let c = (Target::C(None), "c", "C99: one instance structure, init, step, stop and getters");
+        let styles = Style::ALL.into_iter().filter_map(|style| {
+            style.target().map(|(name, about)| (Target::C(Some(style)), name, about))
+        });
+        std::iter::once(c).chain(styles).chain(Self::OTHERS)
+    }
+
     /// The target with that name.
     #[must_use]
     pub fn named(name: &str) -> Option<Target> {
-        Target::ALL.iter().find(|(_, known, _)| *known == name).map(|(target, _, _)| *target)
+        Self::all().find(|(_, known, _)| *known == name).map(|(target, _, _)| target)
     }
 
     /// Its name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
-        let known = Target::ALL.iter().find(|(target, _, _)| *target == self);
-        known.map_or("c", |(_, name, _)| name)
+        Self::all().find(|(target, _, _)| *target == self).map_or("c", |(_, name, _)| name)
     }
 
     /// The language, for a target of logic.

@@ -277,7 +277,7 @@ fn style(arguments: &Build, targets: &[Target]) -> Result<Style, Stop> {
         Stop::Usage(format!("unknown style `{name}`{near} (known: {})", known.join(", ")))
     })?;
     let has_image = |target: &Target| match target {
-        Target::C(own) => matches!(own.unwrap_or(style), Style::Engine | Style::Program),
+        Target::C(own) => own.unwrap_or(style).has_image(),
         _ => false,
     };
     if arguments.blob && !targets.iter().any(has_image) {
@@ -406,8 +406,8 @@ fn targets(names: &[String]) -> Result<Vec<Target>, Stop> {
                     "`{package}` is a package of C, not a target; use --target c --package {package}"
                 ));
             }
-            let near = did_you_mean(name, Target::ALL.iter().map(|(_, name, _)| *name));
-            let known: Vec<&str> = Target::ALL.iter().map(|(_, name, _)| *name).collect();
+            let known: Vec<&str> = Target::all().map(|(_, name, _)| name).collect();
+            let near = did_you_mean(name, known.iter().copied());
             Stop::Usage(format!(
                 "unknown target `{name}`{near} (targets: {})",
                 known.join(", ")

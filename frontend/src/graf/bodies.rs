@@ -231,7 +231,7 @@ impl Parser<'_> {
             "emergency" => {
                 then_name
                     && !matches!(next, "for" | "after")
-                    && !super::steps::QUALIFIERS.iter().any(|(word, ..)| *word == next)
+                    && !super::steps::qualifiers().any(|(word, _)| word == next)
             }
             "initial" => matches!(next, "step" | "macro" | "enclosing" | "state" | "parallel"),
             "final" => matches!(next, "state" | "scan"),

@@ -13,21 +13,11 @@ use super::parser::{Parse, Parser, Separators, short};
 use super::token::Kind;
 use crate::codes;
 
-/// The qualifiers as words after an action, and whether they have a duration.
-pub(crate) const QUALIFIERS: [(&str, Qualifier, bool); 12] = [
-    ("pulse", Qualifier::P, false),
-    ("N", Qualifier::N, false),
-    ("R", Qualifier::R, false),
-    ("S", Qualifier::S, false),
-    ("L", Qualifier::L, true),
-    ("D", Qualifier::D, true),
-    ("P", Qualifier::P, false),
-    ("P0", Qualifier::P0, false),
-    ("P1", Qualifier::P1, false),
-    ("SD", Qualifier::SD, true),
-    ("DS", Qualifier::DS, true),
-    ("SL", Qualifier::SL, true),
-];
+/// The qualifiers as words after an action.
+pub(crate) fn qualifiers() -> impl Iterator<Item = (&'static str, Qualifier)> {
+    let pulse = std::iter::once(("pulse", Qualifier::P));
+    pulse.chain(Qualifier::ALL.into_iter().map(|one| (one.letters(), one)))
+}
 
 /// The words that begin a clause of a transition, except `internal`.
 pub(crate) const CLAUSES: &[&str] =
@@ -425,15 +415,13 @@ impl Parser<'_> {
             "" | "if" => return Ok(ActionHow::Bare),
             _ => {}
         }
-        if let Some((_, qualifier, is_timed)) = QUALIFIERS.iter().find(|(other, ..)| *other == word)
-        {
+        if let Some((_, qualifier)) = qualifiers().find(|(other, _)| *other == word) {
             self.advance();
-            let duration = if *is_timed { Some(self.duration()?) } else { None };
-            return Ok(ActionHow::Qualified(*qualifier, duration));
+            let duration = if qualifier.is_timed() { Some(self.duration()?) } else { None };
+            return Ok(ActionHow::Qualified(qualifier, duration));
         }
         let span = self.here();
-        let words =
-            ["after", "for", "if"].into_iter().chain(QUALIFIERS.iter().map(|(word, ..)| *word));
+        let words = ["after", "for", "if"].into_iter().chain(qualifiers().map(|(word, _)| word));
         let near = nearest(word, words.filter(|word| word.len() > 2));
         if let Some(near) = near {
             self.report(|| {

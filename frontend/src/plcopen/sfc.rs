@@ -255,7 +255,7 @@ impl<'a, 'd: 'a> Chart<'_, '_, '_, 'a, 'd> {
             self.reader.report(|| {
                 Diagnostic::error(codes::PLC_CHART, format!("unknown qualifier `{written}`"))
                     .at(span, "")
-                    .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL")
+                    .help(format!("write {}", Qualifier::known()))
             });
             return None;
         };

@@ -9,24 +9,9 @@ use super::parse::{Parse, Parser};
 use super::symbol::{Ident, Symbol, spells};
 use crate::codes;
 
-/// The action qualifiers with their names.
-pub(crate) const QUALIFIERS: [(&str, Qualifier); 11] = [
-    ("N", Qualifier::N),
-    ("R", Qualifier::R),
-    ("S", Qualifier::S),
-    ("L", Qualifier::L),
-    ("D", Qualifier::D),
-    ("P", Qualifier::P),
-    ("P0", Qualifier::P0),
-    ("P1", Qualifier::P1),
-    ("SD", Qualifier::SD),
-    ("DS", Qualifier::DS),
-    ("SL", Qualifier::SL),
-];
-
 /// The qualifier with this name.
 pub(crate) fn qualifier(text: &str) -> Option<Qualifier> {
-    QUALIFIERS.iter().find(|(name, _)| spells(text, name)).map(|(_, one)| *one)
+    Qualifier::ALL.into_iter().find(|one| spells(text, one.letters()))
 }
 
 impl Parser<'_> {
@@ -157,15 +142,16 @@ impl Parser<'_> {
                     Some(one) => found = one,
                     None => {
                         let span = self.span(token);
-                        let near = nearest(&Symbol::of(text), QUALIFIERS.map(|(name, _)| name))
-                            .map(str::to_owned);
+                        let near =
+                            nearest(&Symbol::of(text), Qualifier::ALL.map(Qualifier::letters))
+                                .map(str::to_owned);
                         self.report(|| {
                             let finding = Diagnostic::error(
                                 codes::ST_UNEXPECTED,
                                 format!("unknown qualifier `{text}`"),
                             )
                             .at(span, "")
-                            .help("write N, R, S, L, D, P, P0, P1, SD, DS or SL");
+                            .help(format!("write {}", Qualifier::known()));
                             match near {
                                 Some(near) => finding.fix(span, near),
                                 None => finding,

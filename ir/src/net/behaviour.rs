@@ -121,6 +121,28 @@ pub enum Qualifier {
 }
 
 impl Qualifier {
+    /// All qualifiers, in the order of the standard's table.
+    pub const ALL: [Qualifier; 11] = [
+        Qualifier::N,
+        Qualifier::R,
+        Qualifier::S,
+        Qualifier::L,
+        Qualifier::D,
+        Qualifier::P,
+        Qualifier::P0,
+        Qualifier::P1,
+        Qualifier::SD,
+        Qualifier::DS,
+        Qualifier::SL,
+    ];
+
+    /// The letters of all qualifiers, as a list in a message.
+    #[must_use]
+    pub fn known() -> String {
+        let [others @ .., last] = Self::ALL.map(Self::letters);
+        format!("{} or {last}", others.join(", "))
+    }
+
     /// True for a qualifier that makes all uses of its action controlled.
     #[must_use]
     pub const fn is_controlling(self) -> bool {

@@ -8,21 +8,6 @@ use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::*;
 use itertools::Itertools as _;
 
-/// All qualifiers.
-const QUALIFIERS: [Qualifier; 11] = [
-    Qualifier::N,
-    Qualifier::R,
-    Qualifier::S,
-    Qualifier::L,
-    Qualifier::D,
-    Qualifier::P,
-    Qualifier::P0,
-    Qualifier::P1,
-    Qualifier::SD,
-    Qualifier::DS,
-    Qualifier::SL,
-];
-
 impl Parser<'_> {
     /// Reads the whole text.
     pub(super) fn net(&mut self) {
@@ -566,7 +551,7 @@ impl Parser<'_> {
             } else {
                 let span = self.here();
                 let step = self.step_ref()?;
-                let Some(found) = QUALIFIERS.into_iter().find(|each| self.is(each.letters()))
+                let Some(found) = Qualifier::ALL.into_iter().find(|each| self.is(each.letters()))
                 else {
                     return self.unexpected("a qualifier such as `N` or `SD`");
                 };
