@@ -24,6 +24,7 @@ pub mod logic;
 pub mod lower;
 pub mod names;
 pub mod net;
+pub mod plan;
 pub mod program;
 pub mod program_run;
 pub mod random;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 /// The evaluators of `ir`, as code names them. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
 /// them: the first gets a closure for leaves, the second is called on an expression.
-const SHARED: [&str; 10] = [
+const SHARED: [&str; 11] = [
     "simplify::",
     "simplify(",
     "interval::arith",
@@ -16,6 +16,7 @@ const SHARED: [&str; 10] = [
     "op.apply(",
     "expr.as_constant()",
     "Expr::as_constant",
+    "grafsynth_ir::plan",
 ];
 
 #[allow(clippy::disallowed_methods, reason = "tests read files")]

@@ -10,12 +10,13 @@
 mod competition;
 
 use crate::refusal::{Refusal, refuse};
-use competition::{Order, competition};
+use competition::competition;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, EdgeId, Enter, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind,
-    StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
+    Block, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind, StmtKind,
+    Transition, TransitionId, TransitionKind, Var, VarId,
 };
+use grafsynth_ir::plan::{Needs, following, is_over_inputs, urgency};
 use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{IdMap, Span};
 use std::borrow::Cow;
@@ -97,23 +98,14 @@ impl Plan {
         transition: TransitionId,
         machine: usize,
     ) -> Option<StepId> {
-        entered(&net.transitions[transition]).find(|step| self.place[*step].0 == machine)
+        following(&net.transitions[transition]).find(|step| self.place[*step].0 == machine)
     }
-}
-
-/// The steps that a transition adds (this style has no histories).
-pub(crate) fn entered(transition: &Transition) -> impl Iterator<Item = StepId> {
-    transition.enters.iter().filter_map(|enter| match enter {
-        Enter::Step(step) => Some(*step),
-        Enter::InitialContent(_) | Enter::History(_) => None,
-    })
 }
 
 /// The plan, or the reason why there is none.
 pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     refuse_features(net)?;
     let (mut machines, place) = state_variables(net, facts);
-    let order = Order::of(net);
     let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
     let mut owner = IdMap::filled(&net.transitions, None);
     let mut is_wide = IdMap::filled(&net.transitions, false);
@@ -128,7 +120,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
             continue;
         }
         let mut added = BTreeMap::new();
-        for step in entered(transition) {
+        for step in following(transition) {
             if added.insert(place[step].0, step).is_some_and(|earlier| earlier != step) {
                 return refuse(
                     "a transition into two steps that are never active together",
@@ -159,7 +151,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
         }
     }
     for step in net.steps.ids() {
-        leaving[step].sort_by_key(|transition| order.key[*transition]);
+        leaving[step].sort_by_key(|transition| (urgency(net, *transition), *transition));
         leaving[step].dedup();
     }
     let mut plan = Plan {
@@ -171,7 +163,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
         latches: BTreeMap::new(),
         timed: BTreeSet::new(),
     };
-    competition(net, &plan, &order)?;
+    competition(net, &plan)?;
     timers(net, &mut plan);
     lists(net, facts, &mut plan)?;
     reads(net, &mut plan)?;
@@ -320,13 +312,8 @@ pub(crate) fn list_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
 
 /// Finds the steps whose times are read, and the maximum of each variable's timer.
 fn timers(net: &Net, plan: &mut Plan) {
-    let all = (net.transitions.values().map(|transition| &transition.guard))
-        .chain(output_exprs(net))
-        .chain(net.emergency.iter().map(|emergency| &emergency.condition))
-        .chain(net.edges.values().map(|edge| &edge.expr))
-        .chain(list_exprs(net))
-        .chain(frame_exprs(net));
-    for (step, cap) in crate::times::step_caps(all) {
+    for (step, cap) in Needs::of(net, false).elapsed.iter() {
+        let Some(cap) = *cap else { continue };
         let machine = &mut plan.machines[plan.place[step].0];
         machine.timer_cap = Some(machine.timer_cap.unwrap_or(0).max(cap));
         plan.timed.insert(step);
@@ -437,7 +424,7 @@ impl Effects {
 /// Checks that everything that receptivities, lists and outputs read is available in their context.
 fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
     for edge in net.edges.values() {
-        if !is_input_operand(net, &edge.expr) {
+        if !is_over_inputs(edge) {
             return refuse("an edge of something that is not an input", edge.expr.span);
         }
     }
@@ -503,7 +490,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         plan.machines[machine].needs_old = true;
     }
     for (id, transition) in net.transitions.iter() {
-        let adds_outside = entered(transition).any(|step| {
+        let adds_outside = following(transition).any(|step| {
             transition.requires.iter().all(|taken| plan.place[*taken].0 != plan.place[step].0)
         });
         if transition.restart && adds_outside && plan.owner[id].is_some() {
@@ -511,11 +498,6 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
         }
     }
     Ok(())
-}
-
-/// True for an operand over inputs and extern conditions alone (§3.7).
-pub(crate) fn is_input_operand(net: &Net, expr: &Expr) -> bool {
-    expr.leaves().all(|leaf| leaf.input().is_some_and(|input| !net.inputs[input].kind.is_event()))
 }
 
 /// Decides when each extern condition is called (§6).
@@ -550,10 +532,4 @@ fn latches(net: &Net, plan: &mut Plan) {
         };
         plan.latches.insert(id, latch);
     }
-}
-
-/// The edge operands that are used somewhere, in order.
-pub(crate) fn used_edges(net: &Net) -> BTreeSet<EdgeId> {
-    let guards = net.transitions.values().map(|transition| &transition.guard);
-    guards.chain(list_exprs(net)).flat_map(Expr::leaves).filter_map(Leaf::edge).collect()
 }

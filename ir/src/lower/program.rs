@@ -38,12 +38,10 @@ mod enter;
 mod frame;
 mod grafcet;
 mod lists;
-mod needs;
 mod order;
 mod pieces;
 mod prune;
 mod queues;
-mod ranks;
 mod read;
 mod share;
 mod show;
@@ -61,6 +59,7 @@ use crate::net::{
     ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step,
     StepId, Timer, Transition, Var, Verbatim,
 };
+use crate::plan::{Needs, Ranks};
 use crate::program::{
     ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, SharedTimer, Stmt, Temp, TempId,
     TempRole, statements,
@@ -74,8 +73,6 @@ pub use pieces::{Pieces, StatePieces, TransitionPieces, pieces};
 pub use share::shared_timers;
 pub use show::show;
 
-use needs::Needs;
-use ranks::Ranks;
 use share::Times;
 
 /// Options for the program; all of them give a correct program.

@@ -7,9 +7,9 @@
 use super::Emit;
 use crate::Object;
 use crate::c::print::{Kind, Node};
-use crate::switch::plan::entered;
 use crate::times::count_type;
 use grafsynth_ir::net::{Driver, StepId};
+use grafsynth_ir::plan::following;
 use std::collections::BTreeMap;
 
 /// The maximum number of values of a variable whose masks are at its transitions: each of these masks is repeated there.
@@ -50,13 +50,13 @@ impl Emit<'_> {
                 self.plan.leaving[*step].iter().all(|id| {
                     let own = |step: StepId| self.plan.place[step].0 == index;
                     !self.plan.is_wide[*id]
-                        && entered(&self.net.transitions[*id]).all(own)
+                        && following(&self.net.transitions[*id]).all(own)
                         && self.plan.owner[*id] == Some(index)
                 })
             })
             && !self.net.transitions.iter().any(|(id, transition)| {
                 self.plan.is_wide[id]
-                    && entered(transition).any(|step| self.plan.place[step].0 == index)
+                    && following(transition).any(|step| self.plan.place[step].0 == index)
             })
     }
 

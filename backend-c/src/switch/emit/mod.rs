@@ -11,7 +11,7 @@ mod moves;
 mod outputs;
 mod read;
 
-use super::plan::{self, Latch, Machine, Plan, used_edges};
+use super::plan::{self, Latch, Machine, Plan};
 use super::table::Tables;
 use crate::c::print::{Arm, Kind, Node, comment_text};
 use crate::calls;
@@ -27,6 +27,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     EdgeId, Evolution, Expr, InputId, InputKind, Leaf, Net, StepId, TransitionId,
 };
+use grafsynth_ir::plan::Needs;
 use moves::weight;
 use read::{Place, Reader};
 use std::collections::BTreeSet;
@@ -171,7 +172,12 @@ impl<'a> Emit<'a> {
             options,
             vars,
             timers,
-            edges: used_edges(net),
+            edges: Needs::of(net, false)
+                .edge
+                .iter()
+                .filter(|(_, used)| **used)
+                .map(|(edge, _)| edge)
+                .collect(),
             ticks: cap.map(Ticks::for_cap),
             locals,
             stable,

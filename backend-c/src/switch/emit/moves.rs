@@ -6,7 +6,7 @@ use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Prec, c_expr, storage};
 use crate::style_output::{mentions, without_unused};
-use crate::switch::plan::{self, Latch, Machine, Plan, receptivity};
+use crate::switch::plan::{Latch, Machine, Plan, receptivity};
 use crate::times::Ticks;
 use crate::trace;
 use grafsynth_ir::net::{Expr, InputId, Leaf, Policy, StepId, TransitionId};
@@ -434,7 +434,7 @@ impl Emit<'_> {
                 if self.needs_flag(id) {
                     nodes.push(Node::line(format!("{} = true;", self.scan(&self.fire_flag(id)))));
                 }
-                for entered in plan::entered(transition) {
+                for entered in grafsynth_ir::plan::following(transition) {
                     let (machine, _) = plan.place[entered];
                     if machine != index && plan.taken(net, id, machine).is_none() {
                         let name = self.scan(&format!("enter_{}", self.vars[machine]));

@@ -1,36 +1,13 @@
 //! Transitions that compete for a step: the order in which they are tested, and whether that order selects the same transitions as the policy (§4).
 
-use super::{Plan, entered, receptivity};
+use super::{Plan, receptivity};
 use crate::refusal::{Refusal, refuse};
-use grafsynth_ir::IdMap;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{Expr, Leaf, Net, Policy, Transition, TransitionId};
-
-/// The static order of competing transitions (§4), and whether it is sufficient.
-pub(super) struct Order {
-    /// Sorts transitions that share a preceding step.
-    pub(super) key: IdMap<Transition, (u32, usize)>,
-}
-
-impl Order {
-    pub(super) fn of(net: &Net) -> Self {
-        let key = IdMap::build(&net.transitions, |id, transition| {
-            let urgency = match net.settings.policy {
-                Policy::Priority => transition.priority.unwrap_or(u32::MAX),
-                Policy::PriorityAge => entered(transition)
-                    .filter_map(|step| net.steps[step].priority)
-                    .min()
-                    .unwrap_or(u32::MAX),
-                Policy::All | Policy::InnerFirst | Policy::OuterFirst => 0,
-            };
-            (urgency, id.index())
-        });
-        Order { key }
-    }
-}
+use grafsynth_ir::plan::{following, urgency};
 
 /// Checks that testing the transitions of a step one after the other, each at its owner, selects the same transitions as the policy.
-pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), Refusal> {
+pub(super) fn competition(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     for step in net.steps.ids() {
         let leaving = &plan.leaving[step];
         for (index, later) in leaving.iter().enumerate() {
@@ -39,8 +16,8 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
                 match net.settings.policy {
                     // Both fire if both are fireable, so the proof that a component has at most one active step must exclude that.
                     Policy::All => {
-                        let excluded = entered(&net.transitions[*earlier]).any(|a| {
-                            entered(&net.transitions[*later])
+                        let excluded = following(&net.transitions[*earlier]).any(|a| {
+                            following(&net.transitions[*later])
                                 .any(|b| a != b && plan.place[a].0 == plan.place[b].0)
                         });
                         let excluded = excluded
@@ -58,7 +35,7 @@ pub(super) fn competition(net: &Net, plan: &Plan, order: &Order) -> Result<(), R
                             return refuse("transitions of two charts that compete", span);
                         }
                         if net.settings.policy == Policy::PriorityAge
-                            && order.key[*earlier].0 == order.key[*later].0
+                            && urgency(net, *earlier) == urgency(net, *later)
                         {
                             return refuse(
                                 "transitions of equal priority that compete by age",

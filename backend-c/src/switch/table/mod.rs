@@ -10,7 +10,7 @@
 
 mod text;
 
-use super::plan::{Plan, entered, receptivity};
+use super::plan::{Plan, receptivity};
 use crate::cexpr::{CExpr, Prec};
 use crate::names::Names;
 use crate::range::Range;
@@ -21,6 +21,7 @@ use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
     Driver, Evolution, Expr, InputId, Leaf, Net, OutputId, StepId, TransitionId,
 };
+use grafsynth_ir::plan::following;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The maximum number of inputs or outputs that the variables of one bank share; a single variable may use twice as many.
@@ -322,7 +323,7 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
     for (id, transition) in net.transitions.iter() {
         if plan.is_wide[id] || !transition.actions.is_empty() {
             busy.extend(transition.requires.iter().map(|step| plan.place[*step].0));
-            busy.extend(entered(transition).map(|step| plan.place[step].0));
+            busy.extend(following(transition).map(|step| plan.place[step].0));
         }
     }
     for output in net.outputs.values() {

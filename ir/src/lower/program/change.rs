@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use super::lists::select;
-use super::ranks::following;
 use super::{Builder, temp};
 use crate::arena::IdMap;
 use crate::expr::{ExprKind, Type};
 use crate::net::{
     ForcingOrder, Net, PartId, Step, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
+use crate::plan::following;
 use crate::program::{Expr, Leaf, Stmt, TempId, TempRole};
 
 /// The change of one step in a micro-step.
@@ -50,7 +50,7 @@ impl Links {
         for (id, transition) in net.transitions.iter() {
             if transition.kind == TransitionKind::Move {
                 transition.clears.iter().for_each(|step| around.leaving[*step].push(id));
-                following(net, id).for_each(|step| around.entering[step].push(id));
+                following(&net.transitions[id]).for_each(|step| around.entering[step].push(id));
             }
         }
         around

@@ -13,11 +13,11 @@
 
 use std::collections::BTreeMap;
 
-use super::ranks::{LAST, following, urgency};
 use super::{Builder, cell, temp};
 use crate::arena::IdMap;
 use crate::expr::{ExprKind, Type};
 use crate::net::{Policy, StepId, Transition, TransitionId, TransitionKind};
+use crate::plan::{LAST, following, urgency};
 use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::{compare_shapes, simplify};
 
@@ -80,7 +80,7 @@ impl Builder<'_> {
         }
         let net = self.net;
         let classes = IdMap::build(&net.transitions, |id, _| {
-            let is_sink = following(net, id).next().is_none();
+            let is_sink = following(&net.transitions[id]).next().is_none();
             let urgency = if is_sink { LAST } else { urgency(net, id) };
             (self.ranks.of_transition(net, id), urgency, is_sink)
         });
@@ -256,8 +256,8 @@ impl Builder<'_> {
 
     /// True if the first goes before the second: its oldest following step is older, or equally old and the first is declared earlier.
     fn goes_before(&mut self, first: TransitionId, second: TransitionId) -> Expr {
-        let mine: Vec<StepId> = following(self.net, first).collect();
-        let theirs: Vec<StepId> = following(self.net, second).collect();
+        let mine: Vec<StepId> = following(&self.net.transitions[first]).collect();
+        let theirs: Vec<StepId> = following(&self.net.transitions[second]).collect();
         let share = mine.iter().any(|step| theirs.contains(step));
         if share && first < second {
             self.has_older(&theirs, &mine).not()

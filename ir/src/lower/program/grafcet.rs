@@ -1,11 +1,11 @@
 //! The evolution outside statecharts: EVOLVE, CHECK and FIRE of §3.9.
 
 use super::change::{Change, forced_charts, initial_situation};
-use super::read::is_over_inputs;
 use super::{Builder, cell, temp, when};
 use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{Step, StepId, Transition, TransitionId, TransitionKind};
+use crate::plan::is_over_inputs;
 use crate::program::{Expr, Leaf, Stmt, TempRole};
 use crate::span::Span;
 

@@ -90,11 +90,6 @@ impl Builder<'_> {
     }
 }
 
-/// True if the operand reads only inputs and constants (§3.7).
-pub(super) fn is_over_inputs(operand: &EdgeOperand) -> bool {
-    operand.expr.leaves().all(|leaf| matches!(leaf, net::Leaf::Input(_)))
-}
-
 /// A name for the memory of an operand: the name of its first leaf.
 pub(super) fn name_of_operand(net: &Net, operand: &EdgeOperand) -> String {
     let mut name = None;

@@ -15,12 +15,12 @@
 //! `s.T` keeps its value while its step is inactive, so it never shares. Neither do the timers of controlled actions: they are not restarted with the step
 //! (§3.5), and latches keep some of them running after the step was left.
 
-use super::needs::Needs;
 use super::{Builder, cell};
 use crate::arena::{Arena, IdMap};
 use crate::expr::{Expr as GenericExpr, ExprKind, Type};
 use crate::facts::Facts;
 use crate::net::{self, Net, Step, StepId};
+use crate::plan::Needs;
 use crate::program::{Cell, CellId, Expr, Leaf, Origin, SharedTimer};
 
 /// The timers that steps of a net can share, as proved: for each, at least two steps that exclude each other and whose time is read. Each step belongs to at

@@ -10,28 +10,29 @@ use crate::walk::expressions;
 
 /// The values in use.
 #[derive(Debug, Clone)]
-pub(super) struct Needs {
+pub struct Needs {
     /// One above the largest constant that `s.t` is compared with; `None` if `s.t` is never read.
-    pub(super) elapsed: IdMap<Step, Option<i64>>,
+    pub elapsed: IdMap<Step, Option<i64>>,
     /// One above the largest constant that `s.T` is compared with; `None` if `s.T` is never read.
-    pub(super) last_elapsed: IdMap<Step, Option<i64>>,
+    pub last_elapsed: IdMap<Step, Option<i64>>,
     /// One above the largest constant that a free timer is compared with; `None` if the timer is never read.
-    pub(super) timer: IdMap<Timer, Option<i64>>,
+    pub timer: IdMap<Timer, Option<i64>>,
     /// True if some edge of the operand is read.
-    pub(super) edge: IdMap<EdgeOperand, bool>,
+    pub edge: IdMap<EdgeOperand, bool>,
     /// True if something reads whether the transition is fireable.
-    pub(super) fireable: IdMap<Transition, bool>,
+    pub fireable: IdMap<Transition, bool>,
     /// True if Q of the last reaction is read.
-    pub(super) controlled: IdMap<ControlledAction, bool>,
+    pub controlled: IdMap<ControlledAction, bool>,
     /// True if the event is raised somewhere.
-    pub(super) raised: IdMap<Input, bool>,
+    pub raised: IdMap<Input, bool>,
     /// True if some list reads the step's bit, timer or tasks while the situation changes.
-    pub(super) watched: IdMap<Step, bool>,
+    pub watched: IdMap<Step, bool>,
 }
 
 impl Needs {
     /// Searches the whole net; its properties only on request, because they are not part of the reaction.
-    pub(super) fn of(net: &Net, with_properties: bool) -> Self {
+    #[must_use]
+    pub fn of(net: &Net, with_properties: bool) -> Self {
         let mut needs = Needs {
             elapsed: IdMap::filled(&net.steps, None),
             last_elapsed: IdMap::filled(&net.steps, None),

@@ -2,25 +2,27 @@
 
 use crate::arena::IdMap;
 use crate::net::{
-    Enter, Net, Part, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
+    Enter, Net, Part, PartId, Policy, Schedule, StepId, Transition, TransitionId, TransitionKind,
 };
 
 /// The sort key of an object without a number; it comes last.
-pub(super) const LAST: u64 = u64::MAX;
+pub const LAST: u64 = u64::MAX;
 
 /// Sorted lists of all objects that have a static order in a micro-step.
 #[derive(Debug, Clone)]
-pub(super) struct Ranks {
+pub struct Ranks {
     rank: IdMap<Part, u64>,
     chart: IdMap<Part, PartId>,
     /// Steps in the order of their lists: rank, declaration.
-    pub(super) steps: Vec<StepId>,
+    pub steps: Vec<StepId>,
     /// Transitions and reactions in the order of actions: rank, static urgency, declaration.
-    pub(super) transitions: Vec<TransitionId>,
+    pub transitions: Vec<TransitionId>,
 }
 
 impl Ranks {
-    pub(super) fn of(net: &Net) -> Self {
+    /// The orders of a net.
+    #[must_use]
+    pub fn of(net: &Net) -> Self {
         let mut chart = IdMap::build(&net.parts, |id, _| id);
         // Parts are in depth-first order, so the chart that contains a part is the last one before it with a lower level.
         let mut way = Vec::new();
@@ -48,22 +50,25 @@ impl Ranks {
     }
 
     /// The top-level chart that a part belongs to.
-    pub(super) fn chart_of(&self, part: PartId) -> PartId {
+    #[must_use]
+    pub fn chart_of(&self, part: PartId) -> PartId {
         self.chart[part]
     }
 
     /// The rank of a transition: the lower one goes first.
-    pub(super) fn of_transition(&self, net: &Net, transition: TransitionId) -> u64 {
+    #[must_use]
+    pub fn of_transition(&self, net: &Net, transition: TransitionId) -> u64 {
         self.rank[net.transitions[transition].part]
     }
 }
 
 /// The static urgency of a transition (§3.3): lower goes first. A reaction has none.
-pub(super) fn urgency(net: &Net, id: TransitionId) -> u64 {
+#[must_use]
+pub fn urgency(net: &Net, id: TransitionId) -> u64 {
     let transition = &net.transitions[id];
     match (net.settings.policy, transition.kind) {
         (Policy::Priority, TransitionKind::Move) => transition.priority.map_or(LAST, u64::from),
-        (Policy::PriorityAge, TransitionKind::Move) => following(net, id)
+        (Policy::PriorityAge, TransitionKind::Move) => following(transition)
             .filter_map(|step| net.steps[step].priority)
             .min()
             .map_or(LAST, u64::from),
@@ -72,9 +77,9 @@ pub(super) fn urgency(net: &Net, id: TransitionId) -> u64 {
     }
 }
 
-/// The steps that follow a transition.
-pub(super) fn following(net: &Net, id: TransitionId) -> impl Iterator<Item = StepId> + '_ {
-    net.transitions[id].enters.iter().filter_map(|enter| match enter {
+/// The steps that follow a transition, without those that a composite state or a history chooses.
+pub fn following(transition: &Transition) -> impl Iterator<Item = StepId> + '_ {
+    transition.enters.iter().filter_map(|enter| match enter {
         Enter::Step(step) => Some(*step),
         Enter::InitialContent(_) | Enter::History(_) => None,
     })
