@@ -1,9 +1,9 @@
-//! The simulator and the second encoding compute with their own arithmetic: a mistake that they shared with `ir` would be proved correct.
+//! The simulator and the second encoding have their own arithmetic and make their own decisions: a mistake that they shared with `ir` would be proved correct.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The evaluators of `ir`, as code names them. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
+/// The evaluators of `ir`, as code names them, and the plan of a reaction. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
 /// them: the first gets a closure for leaves, the second is called on an expression.
 const SHARED: [&str; 11] = [
     "simplify::",
