@@ -193,7 +193,7 @@ pub(crate) struct Inputs {
 }
 
 impl Input {
-    /// A file by its path alone.
+    /// The input with this path and default options.
     pub(crate) fn plain(path: &str) -> Self {
         Input { file: path.to_owned(), reading: Reading::default() }
     }

@@ -86,7 +86,7 @@ pub enum OutputProof {
         /// The stimuli that this applies to.
         scope: Scope,
     },
-    /// The text of C, read back, gives the rows of the net, for every stimulus and in the states of any length of run.
+    /// The text of the C, read back, gives the rows of the net for every stimulus of any length.
     Text {
         /// The size of the proof.
         induction: Induction,
