@@ -140,7 +140,7 @@ impl States {
         Err(self.too_many_pairs(limit, tried))
     }
 
-    /// The answer of a search that ends at this limit, after so many nodes.
+    /// The answer of a search that ends at this limit, after this many nodes.
     fn too_many_pairs(&self, limit: u64, tried: usize) -> OpenReason {
         // Nodes are numbered in the order of discovery, and they are found from the earlier nodes, in order.
         let is_found =

@@ -5,11 +5,11 @@
 //! state of the net is read from the flip-flops, and the proof is an induction: in every state that satisfies the invariants, both reactions lead to the same
 //! state of the net and the same outputs. The equality of such large functions is proved bottom-up (module `sweep`).
 //!
-//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. That they do is
-//! one more statement of the induction. The number of checks and clocks that suffices is found by the same runs, and proved.
+//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. It is one more
+//! statement of the induction that they do. The required number of checks and clocks is found by the same runs, and proved.
 #![allow(
     clippy::wildcard_enum_match_arm,
-    reason = "a piece without a case of its own must be stored as it is; a forgotten case makes no proof"
+    reason = "a piece without a case of its own must be stored as it is; a forgotten case only prevents a proof"
 )]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,7 +49,7 @@ struct Claim {
     wanted: Lit,
     given: Lit,
     what: String,
-    /// What the claim shows to be constant.
+    /// The value that the claim proves to be constant.
     constant: Option<Fixed>,
 }
 
@@ -270,7 +270,7 @@ impl<'a> Reading<'a> {
 }
 
 /// True if a flip-flop stores this piece between reactions. While a chip is busy, its pins show registers that are not read; and a queue that is empty after
-/// each reaction is no piece of the state.
+/// each reaction is not a piece of the state.
 fn is_own(key: Key, pieces: &BTreeSet<Key>, binding: &Binding) -> bool {
     match key.0 {
         Origin::HeldOutput(..) => binding.busy.is_none() && pieces.contains(&key),

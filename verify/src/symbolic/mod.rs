@@ -712,5 +712,5 @@ impl Proof<'_, '_> {
 }
 
 #[cfg(test)]
-#[allow(clippy::wildcard_enum_match_arm, reason = "random nets cover what they like")]
+#[allow(clippy::wildcard_enum_match_arm, reason = "random nets may have any features")]
 mod tests;

@@ -270,7 +270,7 @@ fn attempt(
         net.steps.ids().map(|step| level[&model.state_bits[&(Origin::Step(step), 0, 0)]]).collect();
     let others = state_levels.iter().copied().filter(|level| !level_of.contains(level));
     let others = machine.bdd.cube(others)?;
-    // What is between two checks of a reaction is no situation.
+    // A state between two checks of a reaction is not a situation.
     let is_row = machine.kept[1];
     let rows = machine.bdd.and(all, is_row)?;
     let situations = machine.bdd.exists(rows, others)?;
