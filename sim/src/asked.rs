@@ -1,6 +1,5 @@
 //! The functions of the input row that a reaction evaluates, for searches that try one row of each class.
-//!
-//! While a simulator records, it notes each question that a reaction asks of its row: an expression whose other operands have been replaced by their values.
+//! While a simulator records, it notes each question that a reaction asks about its row: an expression whose other operands have been replaced by their values.
 //! What a reaction does depends on the row through the answers only, and each question depends on the earlier answers only. So two rows that give the same
 //! answers to the questions of one reaction give the same reaction, from the same state and with the same `dt`.
 //!
@@ -204,7 +203,7 @@ pub(crate) struct Recorder {
     pub(crate) outputs: Vec<bool>,
     /// True if it is of interest whether the emergency is active.
     pub(crate) emergency: bool,
-    /// Statecharts: what is not yet decided of the events of the row.
+    /// Statecharts: the events of the row whose effect is not decided yet.
     pub(crate) events: Events,
 }
 

@@ -206,8 +206,8 @@ impl<'n> Simulator<'n> {
         eval_by(expr, &value)
     }
 
-    /// From now on, records the questions that each reaction asks of its row. The values of all other outputs than these need not be the same in all rows
-    /// with the same answers.
+    /// From now on, records the questions that each reaction asks about its row. The values of outputs that are not in `outputs` may differ between rows with
+    /// the same answers.
     pub fn record(&mut self, outputs: &[OutputId]) {
         let has_calls = self.net.outputs.values().any(Output::is_extern);
         let recorder = Recorder {

@@ -18,7 +18,7 @@ use itertools::Itertools as _;
 /// Pins that do not belong to a signal of the chart.
 pub(super) const BOARD_SIGNALS: [&str; 8] =
     ["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
-/// What a name in a board is looked up as ([`Lowering::wanting`]): a board declares nothing.
+/// The kind of a name in a board, for [`Lowering::wanting`]; a board declares nothing.
 pub(super) const BOARD_SIGNAL: &str = "signal";
 
 /// Limit of the candidates that all suggestions together may examine: a file with thousands of unknown names does not have typing errors.

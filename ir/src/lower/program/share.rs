@@ -182,7 +182,7 @@ pub(super) fn resolved(mut expr: Expr) -> Expr {
     if idle { Expr::or([condition.not(), compared]) } else { Expr::and([condition, compared]) }
 }
 
-/// The leaf of the net that a time of a step is.
+/// The step whose `s.t` the leaf reads; `None` for any other leaf.
 pub(super) fn elapsed(leaf: net::Leaf) -> Option<StepId> {
     if let net::Leaf::Elapsed(step) = leaf { Some(step) } else { None }
 }
