@@ -118,7 +118,7 @@ fn name(net: &Net, StateBit { origin, element, bit }: StateBit) -> String {
 pub struct Damaged {
     /// The line, counted from 1.
     pub line: usize,
-    /// What is wrong with the file.
+    /// The reason, for a message.
     pub why: String,
 }
 

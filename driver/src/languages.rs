@@ -20,7 +20,7 @@ use grafsynth_ir::{Diagnostic, FileId, Valid, text};
 use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
-/// What a parser returns: the design, if there is one, and all findings.
+/// The result of a parser: the design, if there is one, and all findings.
 type Read<T> = (Option<T>, Vec<Diagnostic>);
 
 /// A text, or why the language cannot express the design.

@@ -81,7 +81,7 @@ pub struct Diagnostic {
     pub code: Code,
     /// The severity of the finding.
     pub severity: Severity,
-    /// What is wrong, with names and numbers; begins with a small letter and has no full stop.
+    /// The problem, with names and numbers; begins with a small letter and has no full stop.
     pub message: String,
     /// The first one is the primary location. Empty only if there is no source.
     pub labels: Vec<Label>,

@@ -118,7 +118,7 @@ pub enum ExprKind<L> {
     Neg(Box<Expr<L>>),
     /// Arithmetic.
     Arith(ArithOp, Box<Expr<L>>, Box<Expr<L>>),
-    /// The second operand if the first is true, else the third; both must be Boolean or both integer.
+    /// The second operand if the first is true, otherwise the third; both must be Boolean or both integer.
     Select(Box<Expr<L>>, Box<Expr<L>>, Box<Expr<L>>),
 }
 

@@ -192,7 +192,7 @@ mod tests {
         for list in [RESERVED, SUFFIXES, parse::HEADS] {
             assert!(list.is_sorted(), "{list:?}");
         }
-        // A line of a block may begin with a variable's name; setting lines declare nothing, so they are no problem there.
+        // A line of a block may begin with a variable's name; setting lines declare nothing, so their words cannot be confused with a name there.
         let settings = [
             "assign",
             "events",

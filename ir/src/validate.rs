@@ -157,7 +157,7 @@ impl Checker<'_> {
         self.out.push(Diagnostic::error(code, message).at(span, "").help(help));
     }
 
-    /// True if the arena has the item; else reports it. `what` is the item's kind.
+    /// True if the arena has the item; otherwise the missing item is reported. `what` is the item's kind.
     fn has<T>(&mut self, arena: &Arena<T>, id: Id<T>, span: Span, what: &str) -> bool {
         let found = arena.get(id).is_some();
         if !found {

@@ -1,6 +1,6 @@
 //! The functions of the input row that a reaction evaluates, for searches that try one row of each class.
 //! While a simulator records, it notes each question that a reaction asks about its row: an expression whose other operands have been replaced by their values.
-//! What a reaction does depends on the row through the answers only, and each question depends on the earlier answers only. So two rows that give the same
+//! The effect of a reaction depends on the row only through the answers, and each question depends only on the earlier answers. So two rows that give the same
 //! answers to the questions of one reaction give the same reaction, from the same state and with the same `dt`.
 //!
 //! An edge operand is a question when an edge of it is read, and when its value stays in the state (semantics §3.7). An event of a statechart is a question

@@ -86,7 +86,7 @@ pub(crate) struct Work {
     pub(crate) longest_internal: usize,
     /// Whether a chart had ended before this reaction, by index in [`Tables::may_end`].
     pub(crate) had_ended: Vec<bool>,
-    /// Records the questions that reactions ask of the row, if a search wants them.
+    /// Records the questions that reactions ask about the row, if a search needs them.
     pub(crate) recorder: Option<Box<Recorder>>,
 }
 

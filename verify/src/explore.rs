@@ -310,7 +310,7 @@ pub(crate) struct Searched<T, B> {
     pub(crate) by_zones: bool,
 }
 
-/// Both methods are first tried with one part in this many of the limit of pairs, because one may end early when the other would take long.
+/// Both methods are first tried with the limit of pairs divided by this number, because one may end early when the other would take long.
 const FIRST_PART: u64 = 8;
 
 /// Searches with any `dt`: with zones and, if that search is open because too many nodes differ only in their times, state by state. The data is collected anew

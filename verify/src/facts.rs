@@ -324,7 +324,7 @@ fn shows_all_steps(net: &Net) -> bool {
         || net.settings.evolution == Evolution::Single
 }
 
-/// Adds the facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error tells why there is no diagram.
+/// Adds the facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error is the reason why there is no diagram.
 fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
     let mut reached = symbolic::reach(net, facts, limits, &[], &[])?;
     let situations = reached.count();

@@ -452,7 +452,7 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     Ok(packages)
 }
 
-/// Compiles C with the compiler of the host, and runs it beside the net.
+/// Compiles C with the compiler of the host, and compares its run with the net.
 struct HostC<'a> {
     session: &'a Session,
     net: &'a Valid<Net>,

@@ -360,7 +360,7 @@ impl<'a> Lowering<'a> {
         let mut steps: Vec<&str> = Vec::new();
         if let Symbol::Output(output) = symbol {
             let uses = || self.uses.get(output.index()).into_iter().flatten();
-            // If there are several steps, the one that the transition leaves is meant.
+            // If there are several steps, the one that the transition leaves is suggested.
             let is_left = uses().any(|one| self.left.contains(&one.step));
             for one in uses().filter(|one| !is_left || self.left.contains(&one.step)) {
                 let step = self.net.steps[one.step].name.text.as_str();

@@ -63,9 +63,9 @@ struct Edge {
 /// A search of all reachable states, and what it showed.
 #[derive(Clone, Copy)]
 pub(crate) struct Search<'s, 'n> {
-    /// What the search that gives the answer showed, or the last search if none ended.
+    /// The results of the search that gives the answer, or of the last search if none ended.
     pub(crate) shown: &'s Shown<'n>,
-    /// What the search that visited the most showed.
+    /// The results of the search that visited the most reactions.
     pub(crate) widest: &'s Shown<'n>,
     /// The states of the search that gives the answer.
     pub(crate) states: &'s States,
@@ -141,7 +141,7 @@ pub(super) fn run(
 
 /// Answers the questions about paths: dead ends and starvation. Returns the reason for each that is open.
 ///
-/// A search with zones skips zones contained in others, so an edge may lead to a node of which only some states can be reached by it. An edge that is sure
+/// A search with zones skips zones contained in others, so an edge may lead to only some of the states of its target node. An edge that is sure
 /// exists from every state of its node; an absent edge exists from none. If the graph of sure edges and the graph of all edges give the same result, that is
 /// the answer. Otherwise the search is repeated with more nodes.
 fn ways(
@@ -673,7 +673,7 @@ impl<'n> Shown<'n> {
     }
 }
 
-/// Transitions that compete for a step, of which two can be fireable at once, and whose receptivities depend only on a row and a situation.
+/// Transitions that compete for a step if at least two of them can be fireable at once, and if their receptivities depend only on a row and a situation.
 fn rivals(net: &Net) -> Vec<TransitionId> {
     let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
     if !competes || net.settings.evolution != Evolution::Single {

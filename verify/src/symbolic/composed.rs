@@ -123,7 +123,7 @@ struct Reading<'a> {
     net: &'a Net,
     logic: &'a Logic,
     flops: BTreeMap<Key, (FlopId, bool)>,
-    /// Pieces that the circuit does not store: their value after reset if they are constant, else a variable of their own.
+    /// Pieces that the circuit does not store: their value after reset if they are constant, otherwise a variable of their own.
     others: BTreeMap<Key, Lit>,
 }
 
@@ -733,7 +733,7 @@ fn differences(claims: &[Claim], words: &[u64]) -> Result<(), Failed> {
     }
 }
 
-/// What the environment guarantees about a row, as conditions.
+/// The guarantees of the environment about a row, as conditions.
 fn legal(model: &mut Model<'_>, state: &State) -> Vec<Lit> {
     let net = model.maker.net;
     let inputs = model.inputs.clone();

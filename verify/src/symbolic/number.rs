@@ -38,7 +38,7 @@ impl Number {
         (0..n_bits as usize).map(|bit| shifted.bit(bit)).collect()
     }
 
-    /// The number with these bits, the last one of which is the sign; without bits, 0.
+    /// The number with these bits; the last bit is the sign. Without bits, 0.
     pub(crate) fn of_bits(bits: Vec<Lit>) -> Number {
         if bits.is_empty() { Number::constant(0) } else { Number { bits }.trimmed() }
     }

@@ -96,7 +96,7 @@ impl From<String> for Failed {
     }
 }
 
-/// All reachable situations of the net, for any `dt`. The error tells why they could not be computed.
+/// All reachable situations of the net, for any `dt`. The error is the reason why they could not be computed.
 ///
 /// `facts` gives the components, only for the order of variables. `never` contains the queried properties, and `pairs` the queried transitions.
 pub(crate) fn reach(

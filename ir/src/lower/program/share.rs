@@ -118,7 +118,7 @@ impl Times {
 }
 
 impl Builder<'_> {
-    /// `s.t` at this point of the program; `is_active` tells that the step is active here.
+    /// `s.t` at this point of the program; `is_active` is true if the step is known to be active here.
     pub(super) fn time_of(&self, step: StepId, is_active: bool) -> Expr {
         let Some(ticks) = self.times.cell[step] else { return Expr::int(0) };
         if is_active || self.times.shared(step).is_none() {

@@ -255,7 +255,7 @@ impl Builder<'_> {
         u32::try_from(steps.saturating_add(taken).saturating_add(1)).unwrap_or(u32::MAX)
     }
 
-    /// A round without effect: takes an internal event, else an external one, else stops.
+    /// A round without effect: takes an internal event; if there is none, an external event; if there is none either, stops.
     pub(super) fn take_next(&mut self, rounds: Rounds) -> Vec<Stmt> {
         let Rounds { count, again, current, restarts } = rounds;
         let mut idle = vec![Stmt::Set(again, Expr::bool(false))];

@@ -18,7 +18,7 @@ pub(super) enum Question {
     Output(usize),
     /// The fault flag.
     Fault,
-    /// The function that tells whether a step is active, by its number in the hint.
+    /// The function that returns whether a step is active, by its number in the hint.
     Active(usize),
     /// The function that returns a variable, by its number in the hint.
     Var(usize),

@@ -1,4 +1,4 @@
-//! The relation between the net and the instance: states that belong together, and outputs that are equal.
+//! The relation between the net and the instance: which states correspond to each other, and which outputs are equal.
 
 use std::collections::{BTreeMap, BTreeSet};
 

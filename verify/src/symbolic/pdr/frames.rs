@@ -34,7 +34,7 @@ pub(super) enum Ended {
     Refuted {
         /// The inputs that are 1, as nodes, of reactions from reset; the last one is bad.
         rows: Vec<Vec<usize>>,
-        /// No shorter list of reactions ends with a bad one.
+        /// The number of reactions that any list that ends with a bad reaction has at least.
         at_least: usize,
     },
     /// The bounds were reached.

@@ -263,7 +263,7 @@ pub(super) fn is_never_bad(aig: &Aig, source: &Source, limits: &Limits) -> Optio
     }
 }
 
-/// What the structure proves about the reachable states, as clauses over the bits of the state.
+/// The facts about the reachable states that the structure proves, as clauses over the bits of the state.
 pub(super) fn lemmas(model: &mut Model<'_>, facts: &Facts) -> Vec<Vec<Lit>> {
     let bits: Vec<Lit> = model.state_bits.values().copied().collect();
     let (_, mut clauses) = model.invariants(facts, &bits);
