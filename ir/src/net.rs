@@ -256,7 +256,7 @@ pub enum Evolution {
 /// The source of the rank of partial charts (§4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Schedule {
-    /// No rank before the other sort keys: parts are in declaration order.
+    /// All parts have the same rank, so declaration order decides.
     Declared,
     /// Lower [`Part::level`] first.
     Level,

@@ -99,7 +99,7 @@ impl Partial {
     }
 }
 
-/// The partial value of an expression. `leaf` gives that of a leaf, or of the element with an index; `len` the number of elements.
+/// The partial value of an expression. `leaf` gives that of a leaf, or of the element with an index; `len` gives the number of elements.
 pub(crate) fn partial<L>(
     expr: &Expr<L>,
     leaf: &impl Fn(&L, Option<i64>) -> Partial,
@@ -183,8 +183,7 @@ pub struct Asked {
     pub answers: Vec<(usize, i64)>,
     /// Questions about receptivities in the first check. They are asked in every reaction from this state with this `dt`, whatever the answers are.
     pub first_check: Vec<usize>,
-    /// The largest number of checks of a reaction with the same answers is that of the last reaction plus this number: events that fire nothing
-    /// take checks.
+    /// A reaction with the same answers has at most this many checks more than the last reaction: each event that fires nothing also takes a check.
     pub more_rounds: u32,
 }
 

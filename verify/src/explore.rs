@@ -148,8 +148,8 @@ impl States {
         OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) }
     }
 
-    /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known
-    /// here are all states.
+    /// A lower bound on the pairs that a one-by-one search visits, if all states are known here: it visits each state (without its times) with at least one
+    /// combination of times.
     fn least_pairs_one_by_one(&self, net: &Net) -> u64 {
         let relevance = Relevance::of(net);
         let largest = |state: &State| relevance.largest_dt(state.situation()).map_or(0, u64::from);

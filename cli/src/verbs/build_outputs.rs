@@ -47,7 +47,7 @@ pub(super) fn write(
     Ok(written?)
 }
 
-/// Warns about files that stay from an older text of the same chart.
+/// Warns about files that remain from an older text of the same chart.
 fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     let first = all.first()?;
     let files: Vec<&str> = all.iter().map(|stale| stale.file.as_str()).collect();

@@ -153,7 +153,7 @@ fn ways(
 ) -> (Option<OpenReason>, Option<OpenReason>) {
     let Search { shown, states, open, by_zones, .. } = search;
     if let Some(why) = open.or(shown.edges_open.as_ref()) {
-        // With more nodes for the same states, the search will not end either. A one-by-one search may need fewer, unless it was already tried.
+        // A search that uses more nodes for the same states will not end either. A one-by-one search may need fewer nodes, unless it was already tried.
         let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
         if by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
             findings.dead_ends = each.dead_ends(&states, out);
@@ -541,7 +541,8 @@ impl<'n> Shown<'n> {
             if is_end(net, situation) {
                 continue;
             }
-            // If all blocked transitions are reported for a variable that never changes, this is a consequence.
+            // If every blocked transition is already reported because of a variable that never changes, the dead end is only a consequence and gets no warning
+            // of its own.
             let mut blocked = net
                 .transitions
                 .iter()

@@ -95,7 +95,7 @@ pub(super) fn is_always_alive(net: &Valid<Net>, facts: &Facts, limits: &Limits) 
     if symbolic::never(net, facts, limits, &none).is_some() {
         return true;
     }
-    // If there was a diagram of all reachable states, there is one for this question too.
+    // If the facts come from a diagram of all reachable states, such a diagram can also answer this question.
     let has_diagram = facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Symbolic);
     has_diagram
         && symbolic::reach(net, facts, limits, &[&none], &[])

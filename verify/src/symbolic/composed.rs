@@ -5,8 +5,8 @@
 //! state of the net is read from the flip-flops, and the proof is an induction: in every state that satisfies the invariants, both reactions lead to the same
 //! state of the net and the same outputs. The equality of such large functions is proved bottom-up (module `sweep`).
 //!
-//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. It is one more
-//! statement of the induction that they do. The required number of checks and clocks is found by the same runs, and proved.
+//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. The induction also
+//! proves that they always have this value. The same runs give the required number of checks and clocks, which is then proved.
 #![allow(
     clippy::wildcard_enum_match_arm,
     reason = "a piece without a case of its own must be stored as it is; a forgotten case only prevents a proof"

@@ -169,7 +169,7 @@ impl Number {
     }
 
     fn multiply(&self, aig: &mut Aig, other: &Number) -> Number {
-        // Shift and add over the bits of one factor; the sign bit counts negatively.
+        // Shift and add over the bits of one factor; the sign bit has a negative weight.
         let mut sum = Number::constant(0);
         for at in 0..other.width() {
             let bit = other.bits[at];

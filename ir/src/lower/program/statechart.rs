@@ -31,7 +31,7 @@ pub(super) struct Rounds {
     pub(super) again: TempId,
     /// The number of the current event, 0 for none; `None` if the net has no events.
     pub(super) current: Option<TempId>,
-    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then every waiting event restarts it.
     restarts: Option<TempId>,
 }
 
@@ -227,7 +227,7 @@ impl Builder<'_> {
         Some(current)
     }
 
-    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then every waiting event restarts it.
     fn begin_restarts(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
         let queues = self.queues.as_ref()?;
         let External::Queue(queue) = queues.external else { return None };

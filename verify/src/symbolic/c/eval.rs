@@ -46,7 +46,7 @@ impl<'u> Program<'u> {
         }
     }
 
-    /// The value of an expression that has one.
+    /// The value of an expression; an error if it has none (a call of a `void` function).
     pub(super) fn scalar(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Scalar> {
         self.evaluate(expr, memory)?.ok_or_else(|| "an expression without a value".to_owned())
     }

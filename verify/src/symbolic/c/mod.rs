@@ -4,8 +4,8 @@
 //! describes how the instance stores the state of the net, as a relation between the two. If `NAME_init` establishes it, and each reaction from related states
 //! with equal inputs
 //! and equal `dt` gives equal outputs and related states, the C behaves like the net for ever. The relation is only a hint: if it is wrong, one of the two steps fails.
-//! Nothing here knows how the text was made. That nothing undefined happens (overflow, indices out of range, values that were never set) is an obligation like
-//! the others, for the machine for which the text is read.
+//! This module does not depend on how the text was made. The absence of undefined behaviour (overflow, indices out of range, values that were never set) is an
+//! obligation like the others, for the machine for which the text is read.
 #![allow(clippy::wildcard_enum_match_arm, reason = "variants that are not listed are refused")]
 
 mod answers;

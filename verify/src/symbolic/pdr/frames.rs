@@ -1,7 +1,7 @@
 //! The search itself [Bradley, SAT-based model checking without unrolling, VMCAI 2011; Eén, Mishchenko, Brayton, Efficient implementation of property
 //! directed reachability, FMCAD 2011].
 //!
-//! Frame `k` contains every state that is reachable within `k` reactions, without a bad reaction before. A frame is stored as the cubes that it excludes; a cube at
+//! Frame `k` contains every state that is reachable within `k` reactions, none of them bad. A frame is stored as the cubes that it excludes; a cube at
 //! level `l` is excluded from the frames 1 to `l`. A state of the last frame from which a reaction is bad is an obligation: either the state is excluded
 //! because no state of the previous frame leads to it, or a state that leads to it becomes an obligation for the previous frame. When two frames are equal,
 //! they are an invariant.
