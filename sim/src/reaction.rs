@@ -511,7 +511,7 @@ impl Reaction<'_> {
         let guard = self.partial(recorder, &data.guard);
         let n_answers = recorder.asked.answers.len();
         recorder.note(Partial::and([event, guard]), i64::from(is_fireable));
-        // The question depends on the answers about other transitions if it looks at them.
+        // A receptivity with `otherwise` depends on the answers about other transitions, so it is not a question of every reaction.
         if self.work.rounds == 1
             && !data.guard.leaves().any(|leaf| matches!(leaf, Leaf::Fireable(_)))
             && let Some((question, _)) = recorder.asked.answers.get(n_answers)

@@ -1,7 +1,7 @@
 //! The rows that an exploration tries in a state: one of each class of rows that give the same reaction.
 //! The simulator records the questions that a reaction asks about its row ([`grafsynth_sim::Asked`]). All rows with the same answers are one class, and the
-//! rows
-//! that are left are the admissible rows without the classes so far. Both are sets of rows, kept as decision diagrams, so the number of reactions that are
+//! remaining rows are the admissible rows outside all classes found so far. Both are sets of rows, kept as decision diagrams, so the number of reactions that
+//! are
 //! tried does not depend on the number of inputs, but on the number of different answers. The rows of an exclusive list of n events are n + 1 classes, and an
 //! input that is not read has one value.
 //!

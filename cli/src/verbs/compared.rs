@@ -14,5 +14,7 @@ pub(super) fn reactions(asked: usize, all: usize) -> String {
 
 /// The error if no row of a stimulus satisfies the assumptions of the chart, so that nothing was compared.
 pub(super) fn nothing_asked() -> Stop {
-    Stop::Input("every row comes after a violated assumption, so there is nothing to compare".to_owned())
+    Stop::Input(
+        "every row comes after a violated assumption, so there is nothing to compare".to_owned(),
+    )
 }

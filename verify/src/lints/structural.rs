@@ -116,7 +116,7 @@ fn can_become_fireable(net: &Net, classes: &mut Classes<'_>, transition: &Transi
         let is_possible = guard.factors().iter().all(|factor| match &factor.kind {
             ExprKind::Leaf(Leaf::Active(step)) => transition.requires.contains(step),
             ExprKind::Leaf(Leaf::Rise(edge)) | ExprKind::Leaf(Leaf::Fall(edge)) => {
-                // In the row before, the operand had the other value.
+                // An edge is present only if the operand had the other value in the previous row.
                 let is_rise = matches!(factor.kind, ExprKind::Leaf(Leaf::Rise(_)));
                 let Some(operand) = over_inputs(net, &net.edges[*edge].expr) else { return false };
                 let other = operand.clone().not();

@@ -186,7 +186,7 @@ fn attempt(
         let text = format!("the reaction has more than {graph_nodes} nodes");
         Failed::Open(text)
     };
-    // The functions that give the length of a reaction, and those that tell what fires in it.
+    // The functions that give the length of a reaction, and those that give the transitions that fire in it.
     let mut asked = vec![is_row, overrun];
     asked.extend(&more);
     let n_more = asked.len();

@@ -125,7 +125,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Merges all that is below these literals; `None` if the effort is spent.
+    /// Merges all nodes below these literals; `None` if the effort is spent.
     pub(super) fn prepare(&mut self, roots: &[Lit]) -> Option<()> {
         for node in self.from.cone(roots, usize::MAX)? {
             if !self.made.contains_key(&node) {

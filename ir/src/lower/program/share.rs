@@ -12,7 +12,7 @@
 //!
 //! The register saturates one above the largest constant of all its steps. A comparison with a smaller constant has the same result.
 //!
-//! `s.T` keeps its value while its step is inactive, so it never shares. Neither do the timers of controlled actions: they are not restarted with the step
+//! `s.T` keeps its value while its step is inactive, so it never shares a timer. Neither do the timers of controlled actions: they are not restarted with the step
 //! (§3.5), and latches keep some of them running after the step was left.
 
 use super::needs::Needs;
