@@ -253,7 +253,7 @@ impl Reaction<'_> {
         self.l3_take_raised();
         for event in &self.tables.events {
             if let Some(recorder) = &mut self.work.recorder {
-                // An event that was raised is present in every row.
+                // A raised event is present whatever the row contains.
                 recorder.is_free[event.index()] = self.net.inputs[*event].kind == InputKind::Event
                     && self.work.values[event.index()] == 0;
             }

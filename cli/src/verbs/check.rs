@@ -289,7 +289,7 @@ fn certify(
         counted(certified.properties, "property", "properties"),
         counted(certified.charts, "library chart", "library charts")
     ));
-    // People were informed by the findings.
+    // People have already seen the findings; programs get an answer for each property.
     let judged = certified.verdicts.iter().map(|Certifiable { name, of, net, outcome }| {
         let answer = |status, message: String| Answer {
             place: Some(name.span),

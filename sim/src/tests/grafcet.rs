@@ -79,7 +79,7 @@ fn staying_and_restarting() {
     );
 }
 
-/// §3.2: the same with two transitions; `restart` of the one that adds the step decides.
+/// §3.2: the same with two transitions; the `restart` of the transition that adds the step decides whether it stays active.
 #[test]
 fn two_transitions_can_keep_a_step() {
     check(

@@ -603,7 +603,7 @@ impl<'a> Both<'a> {
                 (Answer::Equal, _) => solved += 1,
                 (Answer::Different(_), _) if at < N_COUNTS => return Err(Failed::Deeper),
                 (Answer::Different(_), Some(fixed)) => varied.push(fixed),
-                // The claims about the state assume that the constants are constant.
+                // The claims about the state assume that these flip-flops are constant.
                 (Answer::Different(_), None) if !varied.is_empty() => break,
                 (Answer::Different(example), None) => {
                     return Err(Failed::Open(self.differs(&claim.what, &example)));

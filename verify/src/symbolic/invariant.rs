@@ -303,7 +303,7 @@ impl Reaction {
         let mut reaction = Reaction { solver, vars: vec![None; aig.len()], limit };
         let mut is_needed = vec![false; aig.len()];
         roots.iter().for_each(|root| is_needed[root.node()] = true);
-        // Operands have lower nodes than what is built of them.
+        // An operand has a lower node than each function built from it.
         for node in (0..aig.len()).rev() {
             if let (true, Some((a, b))) = (is_needed[node], aig.operands(node)) {
                 is_needed[a.node()] = true;

@@ -1,5 +1,5 @@
 //! Equal nodes of a graph, found by simulation and proved by a solver, from the variables up [Kuehlmann, Krohm 1997; Mishchenko, Chatterjee, Brayton, Een
-//! 2006]. If two circuits compute the same in similar steps, each query is small, because what is below its nodes has been merged already.
+//! 2006]. If two circuits compute the same in similar steps, each query is small, because the nodes below it have already been merged.
 
 use std::collections::BTreeMap;
 
