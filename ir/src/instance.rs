@@ -16,7 +16,7 @@ pub struct Representation {
     pub outputs: Vec<(OutputId, Place)>,
     /// The contents of the scalars of `PREFIX_t`.
     pub state: Vec<(Place, Holds)>,
-    /// The functions that tell whether a step is active.
+    /// The functions that return whether a step is active.
     pub active: Vec<(StepId, String)>,
     /// The functions that return a variable.
     pub vars: Vec<(VarId, String)>,

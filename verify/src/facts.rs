@@ -276,7 +276,7 @@ fn explicit_facts(
     facts.dead_transitions =
         net.transitions.ids().filter(|transition| !fired[*transition]).collect();
     facts.all_dead_known = true;
-    // Within a reaction there may be situations that no row shows. So the rows tell which steps are active together only if a reaction has a single
+    // Within a reaction there may be situations that no row shows. So the rows show all steps that are active together only if a reaction has a single
     // micro-step.
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);

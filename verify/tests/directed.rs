@@ -273,7 +273,7 @@ fn no_step_of_a_ring_gets_a_second_token() {
         let found = directed(&net, facts, &Limits::default(), &net.properties[0]);
         assert!(matches!(found, Directed::Proved(_)), "{found:?}");
     }
-    // A fork that two philosophers put back is too many.
+    // If two philosophers put the same fork back, there is one token too many.
     let mut broken = Net::clone(&net);
     let fork = broken.steps.iter().find(|(_, step)| step.name.text == "fork3").expect("a fork").0;
     let last = broken.transitions.ids().last().expect("a transition");

@@ -99,7 +99,7 @@ pub(super) fn prove(
         return Err("registered outputs of a circuit with `busy` are not covered".to_owned());
     }
     let known = Reading::known(net, logic, binding, &pieces)?;
-    // The values that are not constant; everything that is not stored is assumed to be until it differs.
+    // The values that are known not to be constant; every other value that is not stored is assumed to be constant until it differs.
     let mut varies: BTreeSet<Fixed> = known.into_iter().map(Fixed::Flop).collect();
     let mut depths = DEPTHS.into_iter();
     let mut depth = depths.next();

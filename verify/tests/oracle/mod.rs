@@ -21,7 +21,7 @@ use search::{Everything, everything};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Few rounds by default, many with `GRAFSYNTH_DEEP=1`, a part of the many with a larger number.
+/// A few rounds by default, many with `GRAFSYNTH_DEEP=1`, and a fraction of these with a larger number.
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
 pub(crate) fn rounds(few: u64, many: u64) -> u64 {
     match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {
