@@ -31,7 +31,7 @@ pub(super) fn see_all_contests(
     contests: &mut Pairs,
 ) -> bool {
     let is_all = net.settings.policy == Policy::All && !net.settings.fire_one;
-    // Whether the same transition always wins is decided by the declarations, unless ages count.
+    // Unless ages count, the declarations decide which transition wins, so it is always the same one.
     let is_mutual = net.settings.policy == Policy::PriorityAge;
     if net.settings.policy.is_statechart() {
         return false;

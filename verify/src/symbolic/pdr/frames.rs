@@ -34,7 +34,7 @@ pub(super) enum Ended {
     Refuted {
         /// The inputs that are 1, as nodes, of reactions from reset; the last one is bad.
         rows: Vec<Vec<usize>>,
-        /// The number of reactions that any list that ends with a bad reaction has at least.
+        /// A lower bound on the number of reactions in any list that ends with a bad reaction.
         at_least: usize,
     },
     /// The bounds were reached.
