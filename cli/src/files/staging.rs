@@ -329,7 +329,7 @@ impl Staging {
         for folder in &journal.folders {
             let path = self.folder.join(folder);
             fs::create_dir_all(&path)
-                .map_err(|error| format!("cannot make {}: {error}", path.display()))?;
+                .map_err(|error| format!("cannot create {}: {error}", path.display()))?;
         }
         for (index, file) in journal.files.iter().enumerate() {
             let staged = self.entry.join(index.to_string());

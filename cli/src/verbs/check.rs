@@ -428,10 +428,13 @@ fn waits(
             Wait::Bounded { turns, reactions, .. } => {
                 let counted_turns = counted(turns as usize, "turn", "turns");
                 let within = reactions.map_or_else(
-                    || "; other transitions may keep the step active for any time".to_owned(),
+                    || {
+                        "; other transitions may keep the step active for any length of time"
+                            .to_owned()
+                    },
                     |most| {
                         let reactions = counted(most, "reaction", "reactions");
-                        format!(", and fires within {reactions} while its receptivity holds")
+                        format!(", and fires within {reactions} while its receptivity is true")
                     },
                 );
                 let message = format!("waits for at most {counted_turns} of others{within}");

@@ -9,7 +9,7 @@ pub(super) fn reactions(asked: usize, all: usize) -> String {
     if asked == all {
         return total;
     }
-    format!("{asked} of {total} (the others follow a violated assumption)")
+    format!("{asked} of {total} (the others come after a violated assumption)")
 }
 
 /// The error if no row of a stimulus satisfies the assumptions of the chart, so that nothing was compared.

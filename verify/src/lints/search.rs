@@ -439,7 +439,7 @@ impl<'n> Shown<'n> {
                             net.vars[*var].name
                         ),
                     )
-                    .at(second_span, "this value stays")
+                    .at(second_span, "this value is kept")
                     .at(first_span, "this value is lost")
                     .help("let only one of them write it, or make sure that they never run together")
                 }
