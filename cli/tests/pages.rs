@@ -91,7 +91,7 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     let file = folder.path().join(format!("example.{extension}"));
     fs::write(&file, format!("{body}\n")).expect("the example can be written");
     let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
-    // An option at the end tells people what the second file is for; it is added again with the name of that file.
+    // The last option shows readers the purpose of the second file; the test appends it again with the name of that file.
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
     let shown = format!("example.{extension}");
     if arguments.iter().any(|argument| argument == "{}") {

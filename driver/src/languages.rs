@@ -53,7 +53,7 @@ pub struct Language {
 #[derive(Debug)]
 pub struct Sign(u8, fn(&Words) -> bool);
 
-/// A parser, by what it makes of a text. The third argument of those of charts are the limits of the command line.
+/// A parser, by the kind of design that it returns. The third argument of those of charts are the limits of the command line.
 #[derive(Debug)]
 pub enum Reader {
     /// A chart.

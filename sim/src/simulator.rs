@@ -225,7 +225,7 @@ impl<'n> Simulator<'n> {
         self.work.recorder.as_deref().map(|recorder| &recorder.asked)
     }
 
-    /// Like [`Simulator::is_violated`], for a property that reads no output that is not recorded. It is one more question of the last reaction.
+    /// Like [`Simulator::is_violated`], for a property that reads only recorded outputs. It is one more question of the last reaction.
     pub fn ask(&mut self, property: &Property) -> bool {
         let value = self.value(&property.never);
         if let Some(mut recorder) = self.work.recorder.take() {
