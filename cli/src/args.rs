@@ -193,7 +193,7 @@ pub(crate) struct Inputs {
 }
 
 impl Input {
-    /// A file by its path alone.
+    /// The input with this path and default options.
     pub(crate) fn plain(path: &str) -> Self {
         Input { file: path.to_owned(), reading: Reading::default() }
     }
@@ -349,7 +349,7 @@ pub(crate) struct Check {
     /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and which transition wins.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) notes: Vec<Notes>,
-    /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd` or `.jsonl`, and those of the others to FILE-2, FILE-3. `sim --stimulus FILE` replays a `.csv`.
+    /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd` or `.jsonl`, and those of the others to FILE-2, FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
@@ -399,7 +399,7 @@ impl Build {
 /// Limits on the effort of proofs.
 #[derive(Debug, Args)]
 pub(crate) struct Limits {
-    /// Enumerate at most N pairs of state and input.
+    /// Enumerate at most N pairs of a state and an input.
     #[arg(long, value_name = "N", default_value_t = 2_000_000, value_parser = whole(0..=u64::MAX))]
     pub(crate) proof_limit: u64,
 }
@@ -441,7 +441,7 @@ pub(crate) struct Build {
     #[arg(long)]
     pub(crate) no_proof: bool,
     /// If an output differs from the chart, write two traces that show the difference: that of the chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of
-    /// the output to FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
+    /// the output to FILE-2; further differences to FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE", value_parser = build_trace, value_hint = ValueHint::FilePath)]
     pub(crate) trace: Option<BuildTrace>,
     #[command(flatten)]
@@ -573,7 +573,7 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
     /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd` or `.jsonl`: that of the chart or of the first design to this file,
-    /// that of the engine or of the second design to FILE-2; further differences to FILE-3, .. `sim --stimulus FILE` replays a `.csv`.
+    /// that of the engine or of the second design to FILE-2; further differences to FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
 }

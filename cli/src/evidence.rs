@@ -122,7 +122,7 @@ impl Session {
         }
     }
 
-    /// Where a column of a trace is declared, as a line for people; empty if it is not declared in a text.
+    /// A line for people with the location of the declaration of a trace column; empty if the column is not declared in a text.
     pub(crate) fn declaration(&self, net: &Net, column: &str) -> String {
         let plain = column.split('[').next().unwrap_or(column);
         let inputs = net.inputs.values().map(|input| (&input.name.text, input.meta.span));

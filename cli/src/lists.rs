@@ -1,4 +1,4 @@
-//! The values that an option accepts, for `--target list` and similar. They need no file, so they are answered before the command line is parsed.
+//! The values that an option accepts, for `--target list` and similar. A list needs no file, so it is printed before the command line is parsed.
 
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::languages::{LANGUAGES, Language};

@@ -282,7 +282,7 @@ impl Session {
         Ok(Some(text))
     }
 
-    /// Reads the files of library charts that a text names, and those that these name. A file that cannot be read, is not below `root`, or is too large is
+    /// Reads the library files that a text names, and the library files that these name in turn. A file that cannot be read, is not below `root`, or is too large is
     /// left out: the driver reports it at its name.
     fn libraries(
         &mut self,

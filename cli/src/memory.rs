@@ -26,7 +26,7 @@ impl Bound {
         let is_done = Arc::new(AtomicBool::new(false));
         let seen = Arc::clone(&is_done);
         let before = resident().unwrap_or(0);
-        #[expect(clippy::disallowed_methods, reason = "the bound is one of time")]
+        #[expect(clippy::disallowed_methods, reason = "the bound is on time")]
         let since = Instant::now();
         let watch = move || {
             while !seen.load(Ordering::Relaxed) {

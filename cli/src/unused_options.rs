@@ -91,7 +91,7 @@ impl Files {
     fn of<'f>(files: impl IntoIterator<Item = &'f String>, reading: &Reading) -> Files {
         let said = reading.from.as_deref().and_then(Language::named);
         let by_name = |file: &String| {
-            // For a folder, all charts except C files are used.
+            // The verb uses all chart files of a folder except those in C.
             if files::is_folder(file) { Some(GRAF) } else { Language::of(file, "") }
         };
         Files(files.into_iter().map(|file| said.or_else(|| by_name(file))).collect())

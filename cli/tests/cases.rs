@@ -1,4 +1,4 @@
-//! Golden cases: the first line of each file under `tests/cases` is the command to run; the file beside it has the expected output, files and exit code.
+//! Golden cases: the first line of each file under `tests/cases` is the command to run; the file next to it has the expected output, files and exit code.
 //!
 //! The first line is a comment with `run:` and the arguments of grafsynth. `{}` is replaced by the file itself; without `{}`, the file is appended.
 //! `{out}` is replaced by an empty folder, or by a copy of the folder `FILE.in` next to the case. The contents of `{out}` after the run belong to the

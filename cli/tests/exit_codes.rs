@@ -13,10 +13,10 @@ use std::process::{Command, Stdio};
 const SITUATIONS: [&str; 12] = [
     "all is well",
     "the input is wrong",
-    "it cannot be done as asked",
+    "the request is impossible",
     "an option is wrong",
     "a file cannot be read",
-    "what is made cannot be written",
+    "the output cannot be written",
     "refuted, or different",
     "open",
     "open, `--allow tested`",

@@ -21,11 +21,11 @@ const ELSEWHERE: [(&str, &str); 19] = [
     ("G0512", "needs a broken trace"),
     ("G0513", "needs a broken state and a stimulus"),
     ("G0604", "needs a cross compiler: tests/tests/controllers.rs"),
-    ("G0640", "no verb reads emitted C yet: c/tests/pages.rs"),
-    ("G0641", "no verb reads emitted C yet: c/tests/pages.rs"),
-    ("G0642", "no verb reads emitted C yet: c/tests/pages.rs"),
-    ("G0643", "no verb reads emitted C yet: c/tests/pages.rs"),
-    ("G0644", "no verb reads emitted C yet: c/tests/pages.rs"),
+    ("G0640", "no verb reads such a text: c/tests/pages.rs"),
+    ("G0641", "no verb reads such a text: c/tests/pages.rs"),
+    ("G0642", "no verb reads such a text: c/tests/pages.rs"),
+    ("G0643", "no verb reads such a text: c/tests/pages.rs"),
+    ("G0644", "no verb reads such a text: c/tests/pages.rs"),
     ("G0715", "needs vectors that no verb makes: the tests of backend-pld"),
     ("G0728", "needs a text of more than 64 MiB"),
     ("G0789", "needs a bug in our own mapper: the tests of fuse maps flip fuses"),
@@ -91,7 +91,7 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     let file = folder.path().join(format!("example.{extension}"));
     fs::write(&file, format!("{body}\n")).expect("the example can be written");
     let mut arguments: Vec<String> = verb.split_whitespace().map(str::to_owned).collect();
-    // An option at the end tells people what the second file is for; it is added again with the name of that file.
+    // The last option shows readers the purpose of the second file; the test appends it again with the name of that file.
     arguments.retain(|argument| argument != "--stimulus" && argument != "--restore");
     let shown = format!("example.{extension}");
     if arguments.iter().any(|argument| argument == "{}") {

@@ -133,7 +133,7 @@ fn a_killed_build_leaves_the_files_of_one_build() {
             let share = u32::try_from(random.below(1_200)).expect("below 1200");
             std::thread::sleep(whole * share / 1_000);
         } else {
-            // A write is a small part of a build: most kills wait for it.
+            // A write is a short part of a build, so most rounds wait until it has begun before they kill.
             while !out.join(".grafsynth-build").exists()
                 && child.try_wait().expect("a child").is_none()
             {
@@ -153,7 +153,7 @@ fn a_killed_build_leaves_the_files_of_one_build() {
             "round {round}: files of two builds, and nothing that completes them"
         );
         n_left += left.len();
-        // Any run in that folder repairs it.
+        // Any run in that folder completes or removes the interrupted write.
         let run = done(grafsynth(folder.path(), &["check", "out/lamp.net"]));
         assert!(run.status.success(), "round {round}: {}", String::from_utf8_lossy(&run.stderr));
         let now = snapshot(&out);

@@ -96,7 +96,7 @@ pub struct Built {
     pub lines: Vec<OutputReport>,
     /// Findings of the back ends.
     pub found: Vec<Diagnostic>,
-    /// The targets that could not be made. Several may be refused by one finding, which is in `found` once.
+    /// The targets that could not be made. One finding may refuse several targets; it is in `found` only once.
     pub refused: Vec<Refusal>,
     /// C packages, which the caller may run and compare with the net: without the C code of the chart's author, unless it is trusted.
     pub packages: Vec<Package>,

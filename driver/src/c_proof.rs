@@ -20,10 +20,10 @@ fn machines() -> [Config; 3] {
     [Config::host(), Config::avr(), arm]
 }
 
-/// Proves that the text of a package is the net, for every stimulus, on machines whose `int` has 16 or 32 bits.
+/// Proves that the text of a package behaves like the net, for every stimulus, on machines whose `int` has 16 or 32 bits.
 ///
 /// # Errors
-/// The reason why there is no proof. The C may be right nevertheless.
+/// The reason why there is no proof. The C may still be correct.
 pub fn prove_c(
     net: &Valid<Net>,
     facts: &Facts,

@@ -96,7 +96,7 @@ pub fn certify(
         changes.push(match &library.certificate {
             Some(old) => (old.span.range(), certificate),
             None => {
-                // A comment after the closing brace belongs to the chart, so the line stays together.
+                // A comment after the closing brace belongs to the chart, so the line is not split.
                 let end = library.span.range().end;
                 let rest = text.get(end..).unwrap_or_default().lines().next().unwrap_or_default();
                 let is_end = rest.trim().is_empty() || rest.trim_start().starts_with('#');

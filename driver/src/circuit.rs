@@ -50,7 +50,8 @@ fn quick(net: &Net, limits: &Limits) -> Limits {
     }
 }
 
-/// The circuit of a net. Steps that exclude each other share a timer, as proved. It takes one clock per reaction if the depth of its evolution is proved and the composition is not too large, otherwise one clock per
+/// The circuit of a net. Steps that are proved to exclude each other share a timer. The circuit takes one clock per reaction if the depth of its evolution is
+/// proved and the composition is not too large, otherwise one clock per
 /// micro-step, with `busy` (semantics.md §9).
 ///
 /// # Errors
@@ -67,7 +68,7 @@ pub fn logic_as(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Result<Logic
     encoded(net, facts, busy, &whole(shared_timers(net, facts)))
 }
 
-/// Like [`logic_as`], with a timer for each step whose time is read; `None` if no steps share a timer, so that this is the same circuit.
+/// Like [`logic_as`], with a timer for each step whose time is read; `None` if no steps share a timer, because the circuit would be the same.
 #[must_use]
 pub fn logic_with_own_timers(net: &Valid<Net>, facts: &Facts, busy: BusyMode) -> Option<Logic> {
     let may_share = !shared_timers(net, facts).is_empty();
@@ -86,7 +87,7 @@ fn encoded(
     grafsynth_logic::encode(net, &program, facts, &options)
 }
 
-/// The timers, each counting as far as its flip-flops can: every code is then valid, and the last one is easy to recognise.
+/// Extends the range of each timer to all values of its flip-flops: every code is then valid, and the last one is easy to recognise.
 fn whole(mut timers: Vec<SharedTimer>) -> Vec<SharedTimer> {
     for timer in &mut timers {
         let n_bits = Type::Int { lo: 0, hi: timer.cap }.bits();

@@ -15,8 +15,8 @@ use grafsynth_logic::BusyMode;
 use grafsynth_logic::state_assignment::Encoding;
 use std::collections::BTreeSet;
 
-/// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open. A circuit with `busy` is never made safe,
-/// and the note says so.
+/// Whether a circuit that was requested as safe is proved safe after it was read back; if not, the result is open. A circuit with `busy` is never made safe;
+/// the note reports this.
 pub(crate) fn safe(logic: &Logic, read_back: &Logic) -> Note {
     if logic.outputs.values().any(|output| output.role == PinRole::Busy) {
         return Note::Safe("not made safe: it runs one micro-step per clock".to_owned());

@@ -47,7 +47,7 @@ pub struct EncodedLogic {
     pub n_unread: usize,
     /// Why an earlier encoding in the order of [`EncodingChoice::Auto`] was not used: what the device lacks for it.
     pub why: Option<String>,
-    /// What the device lacks for one flip-flop for each step, if that was tried.
+    /// The resources that the device lacks for one flip-flop for each step, if that encoding was tried.
     pub one_hot_lacks: Option<String>,
     /// True if steps that could share a timer have their own, because this is better for the device.
     pub has_own_timers: bool,

@@ -13,14 +13,14 @@ use grafsynth_verify::Limits;
 pub struct Converted {
     /// The text.
     pub text: String,
-    /// What the text does not contain or expresses differently, each with its location; the behaviour is the same.
+    /// Findings about parts that the text omits or expresses differently, each with its location; the behaviour is the same.
     pub lost: Vec<Diagnostic>,
 }
 
 /// The text of a design in another format.
 ///
 /// # Errors
-/// Everything that the target cannot express, each with its location.
+/// One finding for each part that the target cannot express, with its location.
 pub fn convert(design: &Design, to: &Language) -> Result<Converted, Vec<Diagnostic>> {
     let text = match (design, &to.write) {
         (Design::Net(design), Writer::Chart(write)) => {

@@ -381,8 +381,8 @@ fn is_shown(trace: &Trace, place: usize) -> bool {
     }
 }
 
-/// The index of a column in each of two traces; `None` if there is no such column, and for the row number. Of several columns with this name (an output may be
-/// called `steps`), the one that differs in this row is meant.
+/// The index of a column in each of two traces; `None` if there is no such column, and for the row number. If several columns have this name (an output may be
+/// called `steps`), the result is the one that differs in this row.
 fn place(ours: &Trace, theirs: &Trace, name: &str, row: usize) -> Option<(usize, usize)> {
     let places = |trace: &Trace| -> Vec<usize> {
         let columns = trace.layout.columns.iter().enumerate();

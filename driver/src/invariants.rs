@@ -10,9 +10,8 @@
 //! clause !step:t1_load !step:free
 //! clause !step:t2_load !step:free
 //! ```
-//!
-//! Asserts are counted from 1 in the order of the chart. In each clause, at least one of the bits is 1, or 0 after `!`. Numbers are bit by bit: `var:n:0:3` is
-//! bit 3 of element 0 of `n`, counted from the least value of its range. Lines that begin with `#` are comments.
+//! Asserts are counted from 1 in the order of the chart. In each clause, at least one of the bits is 1, or 0 after `!`. Numbers are named bit by bit:
+//! `var:n:0:3` is bit 3 of element 0 of `n`, after the minimum of its range is subtracted. Lines that begin with `#` are comments.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Property, PropertyRole};
@@ -37,7 +36,7 @@ pub struct Written {
     pub missing: Vec<(usize, String)>,
 }
 
-/// The invariants of all proved asserts. An assert that was proved by another method than property-directed reachability is proved by it once more.
+/// The invariants of all proved asserts. An assert that was proved by another method is proved once more by property-directed reachability.
 #[must_use]
 pub fn write(net: &Valid<Net>, verdicts: &[PropertyVerdict], limits: &Limits) -> Written {
     let facts = grafsynth_verify::structural_facts(net);
@@ -119,7 +118,7 @@ fn name(net: &Net, StateBit { origin, element, bit }: StateBit) -> String {
 pub struct Damaged {
     /// The line, counted from 1.
     pub line: usize,
-    /// What is wrong with the file.
+    /// The reason, for a message.
     pub why: String,
 }
 

@@ -431,7 +431,7 @@ fn traces(
     Some((ours, logic_trace(&net, &theirs, &stimulus).ok()?))
 }
 
-/// Where two circuits differ.
+/// The difference between two circuits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CircuitsApart {
     /// The output, as named in the first circuit.

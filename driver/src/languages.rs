@@ -20,7 +20,7 @@ use grafsynth_ir::{Diagnostic, FileId, Valid, text};
 use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
-/// What a parser returns: the design, if there is one, and all findings.
+/// The result of a parser: the design, if there is one, and all findings.
 type Read<T> = (Option<T>, Vec<Diagnostic>);
 
 /// A text, or why the language cannot express the design.
@@ -53,7 +53,7 @@ pub struct Language {
 #[derive(Debug)]
 pub struct Sign(u8, fn(&Words) -> bool);
 
-/// A parser, by what it makes of a text. The third argument of those of charts are the limits of the command line.
+/// A parser, by the kind of design that it returns. The third argument of those of charts are the limits of the command line.
 #[derive(Debug)]
 pub enum Reader {
     /// A chart.

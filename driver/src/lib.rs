@@ -12,8 +12,8 @@
 //! 2. `built`: the data of a build: options, files, results; `output_report`: the result for one output
 //! 3. `circuit`, [`coding`]: the circuit of a net, and the codes of its steps for a device
 //! 4. `context`: the data that all stages of one output share
-//! 5. `stages/encode`, `emit`, `read_back`, `prove`, `describe`: the stages of a circuit, each with its own artefact; `stages/c`: that of C, which an engine of
-//!    the caller runs
+//! 5. `stages/encode`, `emit`, `read_back`, `prove`, `describe`: the stages of a circuit, each with its own artefact; `stages/c`: the stage of C, whose text
+//!    [`c_proof`] proves and an engine of the caller runs
 //! 6. [`pipeline`]: all targets of a build
 //! 7. [`report`]: the page of a build
 

@@ -1,7 +1,7 @@
 //! Imported logic as a design, and the names of its columns; [`crate::judge`] compares it with a chart or with other logic.
 //!
 //! A circuit has no steps and no declared variables, so it gets an [`interface`]: a net with its inputs, its outputs and, as variables, its flip-flops, which
-//! is used to read stimuli and to write traces. The interface has no behaviour; the circuit has.
+//! is used to read stimuli and to write traces. The interface itself has no behaviour; only the circuit does.
 
 use grafsynth_backend_pld::codes::{TAKEN_AS, UNSUPPORTED};
 use grafsynth_backend_pld::fuse::{FuseMap, Role};

@@ -86,7 +86,7 @@ pub enum OutputProof {
         /// The stimuli that this applies to.
         scope: Scope,
     },
-    /// The text of C, read back, gives the rows of the net, for every stimulus and in the states of any length of run.
+    /// The text of the C, read back, gives the rows of the net for every stimulus of any length.
     Text {
         /// The size of the proof.
         induction: Induction,
@@ -95,7 +95,7 @@ pub enum OutputProof {
     },
 }
 
-/// Where an output differs from the net.
+/// The difference between an output and the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum OutputFault {
     /// A cell of a trace differs.
@@ -123,13 +123,13 @@ pub struct RowFault {
     pub chart: String,
     /// The value in the output.
     pub output: String,
-    /// What was run.
+    /// The side that was run.
     pub of: Ran,
     /// The trace of the output with this stimulus; `None` if it could not be run again.
     pub trace: Option<Trace>,
 }
 
-/// What was run to compare an output with the chart.
+/// The form of an output that was run for the comparison with the chart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ran {
     /// The circuit that was read back.

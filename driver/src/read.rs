@@ -135,7 +135,7 @@ fn logic_design(
     kept(LogicDesign::of_text(said), found).map(|design| Design::Logic(Box::new(design)))
 }
 
-/// What was made; the findings of a failure are added to the others.
+/// The value, if there is one; otherwise the findings of the failure are added to the others.
 fn kept<T>(made: Result<T, Vec<Diagnostic>>, found: &mut Vec<Diagnostic>) -> Option<T> {
     made.map_err(|more| found.extend(more)).ok()
 }
@@ -215,7 +215,7 @@ fn chart_design(
     let (net, more, counted) = task_costs::lower(&design, texts.machine);
     // After an error of the reader, parts of the design are missing, so warnings about the rest could be wrong.
     let is_whole = !any_error(found);
-    // So could the error that there is no initial step: its declaration may be what the reader refused.
+    // The error "no initial step" could be wrong too, because the reader may have refused the declaration of that step.
     let is_kept = |finding: &Diagnostic| {
         is_whole || finding.is_error() && finding.code != lower::codes::NO_INITIAL_STEP
     };

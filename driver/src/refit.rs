@@ -22,7 +22,7 @@ use grafsynth_ir::{Diagnostic, FileId};
 use grafsynth_logic::minimise::Budget;
 use grafsynth_verify::Limits;
 
-/// What to write.
+/// The requested output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wanted {
     /// Equations or a netlist, minimised.
@@ -38,7 +38,7 @@ pub enum Wanted {
 pub struct Made {
     /// The file.
     pub file: OutputFile,
-    /// What was proved, or why nothing was proved.
+    /// The result of the proof, or the reason why nothing was proved.
     pub line: OutputReport,
     /// The data of the report page, if requested.
     pub chip: Option<Chip>,

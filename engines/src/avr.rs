@@ -129,7 +129,7 @@ impl Machine for AvrEngine {
         let machine = format!("-mmcu={MACHINE}");
         let mut arguments = vec![
             machine.as_str(),
-            // -std=c99 does not know `__flash`.
+            // `-std=c99` does not support `__flash`.
             "-std=gnu99",
             "-Os",
             "-Wl,--gc-sections",

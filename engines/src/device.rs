@@ -5,7 +5,7 @@ use grafsynth_driver::run::device_trace;
 use grafsynth_driver::{jedec, pipeline};
 use grafsynth_sim::Trace;
 
-/// The fuse map of a net in the fuse simulator, with the state assignment that a build would choose. A circuit that fits with no assignment is rejected.
+/// The fuse map of a net in the fuse simulator, with the state assignment that a build would choose. A circuit that does not fit with any assignment is rejected.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceEngine {
     /// The device; `None` selects that of the net's board, or the default.

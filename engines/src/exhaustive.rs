@@ -42,7 +42,7 @@ const WIDE: [u32; 3] = [1 << 8, 1 << 16, MAX_DT];
 pub struct Refused(pub String);
 
 /// Compares a package with its net. `read` is the result of the proof of its text. The text is compiled and run as well: in every state if these are few or nothing
-/// else proves it, otherwise in directed random reactions. If a proof was not requested, only these are made.
+/// else proves it, otherwise in directed random reactions. If a proof was not requested, it runs only in directed random reactions.
 ///
 /// # Errors
 /// The compiler rejects the text.

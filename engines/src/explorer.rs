@@ -242,7 +242,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Why a compiled chart does not answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum Trouble {
-    /// The compiler rejects the text: its output.
+    /// The compiler rejected the text; this is its output.
     Compiler(String),
     /// The program cannot be created or run on this machine.
     Machine(String),

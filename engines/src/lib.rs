@@ -68,7 +68,7 @@ pub enum Availability {
 pub enum EngineError {
     /// The back end does not support this chart, or the engine does not support the stimulus.
     Refused(Vec<Diagnostic>),
-    /// A program failed: its output.
+    /// A program failed; this is its output.
     Failed(String),
 }
 

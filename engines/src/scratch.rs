@@ -11,7 +11,7 @@ fn folders() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     FOLDERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A temporary folder, removed with this value.
+/// A temporary folder, which is removed when this value is dropped.
 #[derive(Debug)]
 pub struct Scratch(tempfile::TempDir);
 

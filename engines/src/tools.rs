@@ -78,7 +78,7 @@ pub fn run(
         // Three pipes are handled concurrently: a program that fills one of them must not block while we handle another.
         scope.spawn(move || {
             if let Some(mut stdin) = stdin {
-                // A program that ends without reading everything breaks the pipe; its exit code tells whether this is an error.
+                // A program that ends without reading everything breaks the pipe; its exit code shows whether this is an error.
                 let _ = stdin.write_all(input);
             }
         });

@@ -79,7 +79,7 @@ fn unread(package: &Package) -> Option<BTreeSet<String>> {
     Some(all.filter(|(at, _)| !members.contains(at)).map(|(_, it)| it.name.clone()).collect())
 }
 
-/// What one function reads of the structure.
+/// The members of the structure that one function reads.
 #[derive(Default)]
 struct Reads {
     /// The members that are read, by their index.

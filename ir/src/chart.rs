@@ -304,7 +304,7 @@ pub struct Step {
 pub struct StepCount {
     /// The largest number of activations; at least 1.
     pub max: u32,
-    /// The number of activations at reset; `None` means 1 for an initial step, else 0.
+    /// The number of activations at reset; `None` means 1 for an initial step, and 0 for any other step.
     pub initial: Option<u32>,
     /// Source location.
     pub span: Span,

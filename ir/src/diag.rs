@@ -81,7 +81,7 @@ pub struct Diagnostic {
     pub code: Code,
     /// The severity of the finding.
     pub severity: Severity,
-    /// What is wrong, with names and numbers; begins with a small letter and has no full stop.
+    /// The problem, with names and numbers; begins with a small letter and has no full stop.
     pub message: String,
     /// The first one is the primary location. Empty only if there is no source.
     pub labels: Vec<Label>,
@@ -235,7 +235,7 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
 
 /// The candidate nearest to `word` in edit distance (insert, delete, replace, swap of neighbours; a difference in case counts half), if it is a likely typing
 /// error. The distance must be at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
-/// matches, nor does one that differs only in its digits: `s2` is another step than `s1`.
+/// matches, nor does one that differs only in its digits: `s2` and `s1` are different steps.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     nearest_type(word, candidates.into_iter().filter(|one| !differs_in_digits(word, one)))
 }

@@ -75,7 +75,7 @@ pub enum CompareOp {
 }
 
 /// Integer arithmetic. `Div` truncates toward zero, `Mod` has the dividend's sign. The bit operators read their operands as two's complement with infinitely
-/// many bits; `Shl` multiplies by a power of two, and `Shr` divides by one and rounds down. The amount of a shift is in `0..=63`. The complement of `x`
+/// many bits; `Shl` multiplies by a power of two, and `Shr` divides by a power of two and rounds down. The amount of a shift is in `0..=63`. The complement of `x`
 /// has no operator of its own: it is `x` `BitXor` -1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "the names are the usual ones")]
@@ -118,7 +118,7 @@ pub enum ExprKind<L> {
     Neg(Box<Expr<L>>),
     /// Arithmetic.
     Arith(ArithOp, Box<Expr<L>>, Box<Expr<L>>),
-    /// The second operand if the first is true, else the third; both must be Boolean or both integer.
+    /// The second operand if the first is true, otherwise the third; both must be Boolean or both integer.
     Select(Box<Expr<L>>, Box<Expr<L>>, Box<Expr<L>>),
 }
 

@@ -1,6 +1,6 @@
-//! How C code represents a net between two reactions: what each member of its structures holds. The back end states it, and a proof takes it as a hint: the state
-//! in it is checked, so that a wrong statement can prevent a proof but never make a wrong one. Which member of the interface is which input or output, and which
-//! function answers which query, is what the proof is about.
+//! How C code represents a net between two reactions: the meaning of each member of its structures. The back end states this representation, and a proof uses
+//! it as a hint. The proof checks what the hint states about the state of the net, so a wrong statement can prevent a proof but never cause a wrong one. It
+//! does not check which member of the interface is which input or output, or which function answers which query: this defines the statement that is proved.
 
 use crate::net::{InputId, OutputId, StepId, VarId};
 use crate::program::Origin;
@@ -14,9 +14,9 @@ pub struct Representation {
     pub inputs: Vec<(InputId, Place)>,
     /// The places of the outputs in `PREFIX_out_t`.
     pub outputs: Vec<(OutputId, Place)>,
-    /// What the scalars of `PREFIX_t` hold.
+    /// The contents of the scalars of `PREFIX_t`.
     pub state: Vec<(Place, Holds)>,
-    /// The functions that tell whether a step is active.
+    /// The functions that return whether a step is active.
     pub active: Vec<(StepId, String)>,
     /// The functions that return a variable.
     pub vars: Vec<(VarId, String)>,
@@ -49,7 +49,7 @@ impl Place {
     }
 }
 
-/// What a scalar of the instance holds.
+/// The contents of a scalar of the instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Holds {
     /// An element of a piece of the net's state; the element is 0 unless it is an array.
@@ -67,7 +67,7 @@ pub enum Holds {
         steps: Vec<StepId>,
         /// The maximum.
         cap: i64,
-        /// True if it is 0 while none of the steps is active; otherwise it may be anything up to `cap` then.
+        /// True if the scalar is 0 while none of the steps is active; otherwise it may then have any value up to `cap`.
         is_zero_between: bool,
     },
 }

@@ -97,9 +97,9 @@ pub enum TypeErrorKind {
     },
     /// The leaf may not be read at this place.
     NotReadableHere {
-        /// What is read, in the user's terms.
+        /// The value that is read, in the user's terms.
         what: &'static str,
-        /// Where it is read, in the user's terms.
+        /// The place where it is read, in the user's terms.
         place: &'static str,
     },
     /// The expression has more than [`DEPTH_LIMIT`] levels.

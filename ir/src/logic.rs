@@ -140,7 +140,7 @@ pub struct FlopBit {
 }
 
 /// How a circuit represents active steps. For each step, these are the bits that are all set while the step is active, as [`Origin::Step`] or
-/// [`Origin::Region`]; `None` if no bits represent it. `is_held` tells which bits the circuit has.
+/// [`Origin::Region`]; `None` if no bits represent it. `is_held` returns whether the circuit has a bit.
 ///
 /// A step has its own bit; or it has a bit in the register of its region and is active if its parent is also active; or it is a region of a parallel state
 /// and has no bit, because it is active whenever its parent is.
@@ -210,6 +210,6 @@ pub enum Node {
     Or(Vec<NodeId>),
     /// Exclusive or.
     Xor(NodeId, NodeId),
-    /// The second operand if the first is true, else the third.
+    /// The second operand if the first is true, otherwise the third.
     Mux(NodeId, NodeId, NodeId),
 }

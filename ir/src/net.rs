@@ -182,7 +182,7 @@ pub struct Settings {
     pub policy: Policy,
     /// One micro-step per reaction, or until stable (§3.4).
     pub evolution: Evolution,
-    /// What determines the rank of a partial chart, the first sort key (§4).
+    /// The source of the rank of a partial chart, which is the first sort key (§4).
     pub schedule: Schedule,
     /// True if only the first transition of the whole order fires in a micro-step (§4).
     pub fire_one: bool,
@@ -253,10 +253,10 @@ pub enum Evolution {
     },
 }
 
-/// What determines the rank of partial charts (§4).
+/// The source of the rank of partial charts (§4).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Schedule {
-    /// No rank before the other sort keys: parts are in declaration order.
+    /// All parts have the same rank, so declaration order decides.
     Declared,
     /// Lower [`Part::level`] first.
     Level,
@@ -328,7 +328,7 @@ pub struct Output {
     pub name: Name,
     /// Boolean, unless the output is stored.
     pub ty: Type,
-    /// What drives it: exactly one kind (§3.6).
+    /// The driver of the output, of exactly one kind (§3.6).
     pub driver: Driver,
     /// The declared safe value for the plant; [`Output::safe_value`] supplies the default. `None` for extern actions.
     pub safe: Option<i64>,
@@ -339,7 +339,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// The value of the output during an [`Emergency`] and after a stop: the declared safe value, else off or the value nearest to 0.
+    /// The value of the output during an [`Emergency`] and after a stop: the declared safe value; without one, off or the value nearest to 0.
     #[must_use]
     pub fn safe_value(&self) -> i64 {
         self.safe.unwrap_or_else(|| self.ty.saturate(0))
@@ -387,7 +387,7 @@ pub struct Emergency {
     pub meta: Meta,
 }
 
-/// What drives an [`Output`].
+/// The driver of an [`Output`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Driver {
     /// True while the step of some emission is active in the resulting situation and the emission's condition is true. The list is empty for an output

@@ -214,7 +214,7 @@ pub enum Stmt {
     Set(TempId, Expr),
     /// Stores into a cell, saturated to its type; the index is for arrays.
     Store(CellId, Option<Expr>, Expr),
-    /// Runs the first list if the condition is true, else the second.
+    /// Runs the first list if the condition is true, otherwise the second.
     If(Expr, Vec<Stmt>, Vec<Stmt>),
     /// Runs the list at most `limit` times; stops before a round whose condition is false.
     Repeat {

@@ -76,7 +76,7 @@
 //! BLOCK  = "{" {STMT (";" | line break)} "}"
 //! STMT   = VAR ["[" EXPR "]"] := EXPR | raise EVENT | send SLOT | cancel SLOT | call OUTPUT LIST(EXPR) | code STRING STRING
 //!        | if EXPR BLOCK [else BLOCK]
-//! EXPR   = operators from loose to tight: or; and; not; = <> < <= > >= (not chained); + -; * / mod; then
+//! EXPR   = operators from loose to tight: or; and; not; = <> < <= > >= (not chained); + - bor bxor; * / mod band shl shr; then
 //!          true | false | INT | LEAF ["[" EXPR "]"] | ( EXPR ) | -( EXPR ) | select( EXPR, EXPR, EXPR ) | and LIST(EXPR) | or LIST(EXPR)
 //! LEAF   = SIGNAL | (input | var | timer) ?N | STEP.active | STEP.t | STEP.T | STEP.done | TRANSITION.fireable | ACTION.q | OUTPUT.out | rise(%N) | fall(%N)
 //! NAME   = letters, digits, `_`, parts joined by `.`; any other name, a name that is a keyword here, or a name that
@@ -192,7 +192,7 @@ mod tests {
         for list in [RESERVED, SUFFIXES, parse::HEADS] {
             assert!(list.is_sorted(), "{list:?}");
         }
-        // A line of a block may begin with a variable's name; setting lines declare nothing, so they are no problem there.
+        // A line of a block may begin with a variable's name; setting lines declare nothing, so their words cannot be confused with a name there.
         let settings = [
             "assign",
             "events",

@@ -56,7 +56,7 @@
 //! 27. If anything is raised or sent (including done events), there is a queue bound.
 //! 28. Parents are composite or parallel, declared earlier, in the same part. Only composite and parallel states have children, and they have at least
 //!     one. A region is not final; a final state is not a source and has no children. Only composite states have initial content; only composite and
-//!     parallel states have a done event, which is an event.
+//!     parallel states have a done event, and it is an input of kind event.
 //! 29. `clears` of a move is exactly the set of proper descendants of one composite state or of the part; the source is in this set or is that state.
 //! 30. The entered states of a move or of `initial` complete a configuration: parents before children; one child (or a history of it) for each entered
 //!     composite state and for the domain, all children for each entered parallel state (or a history of it); initial content only of entered composite
@@ -157,7 +157,7 @@ impl Checker<'_> {
         self.out.push(Diagnostic::error(code, message).at(span, "").help(help));
     }
 
-    /// True if the arena has the item; else reports it. `what` is the item's kind.
+    /// True if the arena has the item; otherwise the missing item is reported. `what` is the item's kind.
     fn has<T>(&mut self, arena: &Arena<T>, id: Id<T>, span: Span, what: &str) -> bool {
         let found = arena.get(id).is_some();
         if !found {

@@ -1,7 +1,6 @@
 //! The functions of the input row that a reaction evaluates, for searches that try one row of each class.
-//!
-//! While a simulator records, it notes each question that a reaction asks of its row: an expression whose other operands have been replaced by their values.
-//! What a reaction does depends on the row through the answers only, and each question depends on the earlier answers only. So two rows that give the same
+//! While a simulator records, it notes each question that a reaction asks about its row: an expression whose other operands have been replaced by their values.
+//! The effect of a reaction depends on the row only through the answers, and each question depends only on the earlier answers. So two rows that give the same
 //! answers to the questions of one reaction give the same reaction, from the same state and with the same `dt`.
 //!
 //! An edge operand is a question when an edge of it is read, and when its value stays in the state (semantics §3.7). An event of a statechart is a question
@@ -100,7 +99,7 @@ impl Partial {
     }
 }
 
-/// The partial value of an expression. `leaf` gives that of a leaf, or of the element with an index; `len` the number of elements.
+/// The partial value of an expression. `leaf` gives that of a leaf, or of the element with an index; `len` gives the number of elements.
 pub(crate) fn partial<L>(
     expr: &Expr<L>,
     leaf: &impl Fn(&L, Option<i64>) -> Partial,
@@ -184,8 +183,7 @@ pub struct Asked {
     pub answers: Vec<(usize, i64)>,
     /// Questions about receptivities in the first check. They are asked in every reaction from this state with this `dt`, whatever the answers are.
     pub first_check: Vec<usize>,
-    /// The largest number of checks of a reaction with the same answers is that of the last reaction plus this number: events that fire nothing
-    /// take checks.
+    /// A reaction with the same answers has at most this many checks more than the last reaction: each event that fires nothing also takes a check.
     pub more_rounds: u32,
 }
 
@@ -204,7 +202,7 @@ pub(crate) struct Recorder {
     pub(crate) outputs: Vec<bool>,
     /// True if it is of interest whether the emergency is active.
     pub(crate) emergency: bool,
-    /// Statecharts: what is not yet decided of the events of the row.
+    /// Statecharts: the events of the row whose effect is not decided yet.
     pub(crate) events: Events,
 }
 

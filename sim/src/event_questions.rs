@@ -25,7 +25,7 @@ impl Reaction<'_> {
         let is_present: Vec<bool> = (events.iter())
             .map(|event| inputs.get(event.index()).is_some_and(|value| *value != 0))
             .collect();
-        // In the notes, each event that can be lost is named; for those that are named already it does not matter which of them is lost.
+        // The notes name each event that is lost. For an event that the notes already contain, it does not matter whether it is lost again.
         let is_named: Vec<bool> =
             (events.iter()).map(|event| self.notes.contains(Noticed::QueueFull(*event))).collect();
         let n_present = is_present.iter().filter(|it| **it).count();
@@ -62,8 +62,8 @@ impl Reaction<'_> {
         });
     }
 
-    /// True if an event that fires nothing has no effect but to take a place in the queue. It also restarts the count of micro-steps, which matters if events
-    /// that are sent without delay follow. And it must be possible to add it to a row.
+    /// True if an event that fires nothing has no effect except that it occupies a place in the queue, and if it can be added to any row. (Such an event also
+    /// restarts the count of micro-steps; this matters if events that are sent without delay follow.)
     fn is_absence_without_effect(&self, events: &[InputId]) -> bool {
         let net = self.net;
         let reads = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(input)) if events.contains(input));
@@ -102,7 +102,7 @@ impl Reaction<'_> {
         }
     }
 
-    /// After an event has been taken from the external queue: if it fires something, it was a question whether it is in the queue.
+    /// After an event has been taken from the external queue: if it fires something, records the question whether it is in the queue.
     pub(crate) fn record_taken_event(&mut self) {
         let fires = !self.work.chosen.is_empty();
         self.record(|_, recorder| {

@@ -297,7 +297,7 @@ impl Layout {
         self.first_timer + 2 * timer.index()
     }
 
-    /// The cell that tells whether the event was raised for the next check (Grafcet charts only).
+    /// The cell that stores whether the event was raised for the next check (Grafcet charts only).
     pub(crate) fn raised(&self, event: InputId) -> Option<usize> {
         let place = self.raised[event.index()];
         (place != NONE).then_some(place as usize)

@@ -193,7 +193,7 @@ impl Reaction<'_> {
         self.state.cells[place] = stored;
     }
 
-    /// Notes the writer, and reports a race if another list wrote the same variable in this micro-step (semantics §3.6). It is no race if the order of the
+    /// Notes the writer, and reports a race if another list wrote the same variable in this micro-step (semantics §3.6). This is not a race if the order of the
     /// lists does not depend on the declaration order (§3.3), or if both only change the number of a counted step: then no value is lost (§8). If a lowering
     /// writes a variable twice, it defines the order of these writes itself.
     fn note_writer(&mut self, var: VarId, place: usize, is_count: bool) {

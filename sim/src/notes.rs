@@ -126,7 +126,7 @@ fn diagnostic(net: &Net, what: Noticed, seen: Occurrence) -> Diagnostic {
                 codes::RACE,
                 format!("`{name}` is written by {first_text} and by {second_text} in one micro-step, {when}"),
             )
-            .at(second_span, "this value stays")
+            .at(second_span, "this value is kept")
             .at(first_span, "this value is lost")
             .help("let only one of them write it, or make sure that they never run together")
         }

@@ -86,7 +86,7 @@ pub(crate) struct Work {
     pub(crate) longest_internal: usize,
     /// Whether a chart had ended before this reaction, by index in [`Tables::may_end`].
     pub(crate) had_ended: Vec<bool>,
-    /// Records the questions that reactions ask of the row, if a search wants them.
+    /// Records the questions that reactions ask about the row, if a search needs them.
     pub(crate) recorder: Option<Box<Recorder>>,
 }
 
@@ -253,7 +253,7 @@ impl Reaction<'_> {
         self.l3_take_raised();
         for event in &self.tables.events {
             if let Some(recorder) = &mut self.work.recorder {
-                // An event that was raised is present in every row.
+                // A raised event is present whatever the row contains.
                 recorder.is_free[event.index()] = self.net.inputs[*event].kind == InputKind::Event
                     && self.work.values[event.index()] == 0;
             }
@@ -511,7 +511,7 @@ impl Reaction<'_> {
         let guard = self.partial(recorder, &data.guard);
         let n_answers = recorder.asked.answers.len();
         recorder.note(Partial::and([event, guard]), i64::from(is_fireable));
-        // The question depends on the answers about other transitions if it looks at them.
+        // A receptivity with `otherwise` depends on the answers about other transitions, so it is not a question of every reaction.
         if self.work.rounds == 1
             && !data.guard.leaves().any(|leaf| matches!(leaf, Leaf::Fireable(_)))
             && let Some((question, _)) = recorder.asked.answers.get(n_answers)

@@ -206,8 +206,8 @@ impl<'n> Simulator<'n> {
         eval_by(expr, &value)
     }
 
-    /// From now on, records the questions that each reaction asks of its row. The values of all other outputs than these need not be the same in all rows
-    /// with the same answers.
+    /// From now on, records the questions that each reaction asks about its row. The values of outputs that are not in `outputs` may differ between rows with
+    /// the same answers.
     pub fn record(&mut self, outputs: &[OutputId]) {
         let has_calls = self.net.outputs.values().any(Output::is_extern);
         let recorder = Recorder {
@@ -225,7 +225,7 @@ impl<'n> Simulator<'n> {
         self.work.recorder.as_deref().map(|recorder| &recorder.asked)
     }
 
-    /// Like [`Simulator::is_violated`], for a property that reads no output that is not recorded. It is one more question of the last reaction.
+    /// Like [`Simulator::is_violated`], for a property that reads only recorded outputs. It is one more question of the last reaction.
     pub fn ask(&mut self, property: &Property) -> bool {
         let value = self.value(&property.never);
         if let Some(mut recorder) = self.work.recorder.take() {

@@ -201,7 +201,8 @@ impl Reaction<'_> {
         set
     }
 
-    /// Adds one item of the list of states that a transition enters to the entry set. A history is replaced by what it has recorded, otherwise by its default. `seen` ends a cycle of histories.
+    /// Adds one item of the list of states that a transition enters to the entry set. A history is replaced by what it has recorded, otherwise by its default.
+    /// `seen` marks the histories already replaced, so a cycle of histories ends.
     fn add_to_entry_set(&self, enter: Enter, set: &mut EntrySet, seen: &mut [bool]) {
         match enter {
             Enter::Step(step) => set.states.insert(step),

@@ -136,7 +136,7 @@ impl Stimulus {
         (read.map(|(stimulus, _)| stimulus), found)
     }
 
-    /// Reads a stimulus for the net, and its expected values: a trace is a stimulus that expects its own cells.
+    /// Reads a stimulus for the net, and its expected values: a trace is a stimulus whose expected values are its own cells.
     #[must_use]
     pub fn parse_with_expected(
         net: &Net,

@@ -1,7 +1,7 @@
 //! The rows that an exploration tries in a state: one of each class of rows that give the same reaction.
-//!
-//! The simulator records the questions that a reaction asks of its row ([`grafsynth_sim::Asked`]). All rows with the same answers are one class, and the rows
-//! that are left are the admissible rows without the classes so far. Both are sets of rows, kept as decision diagrams, so the number of reactions that are
+//! The simulator records the questions that a reaction asks about its row ([`grafsynth_sim::Asked`]). All rows with the same answers are one class, and the
+//! remaining rows are the admissible rows outside all classes found so far. Both are sets of rows, kept as decision diagrams, so the number of reactions that
+//! are
 //! tried does not depend on the number of inputs, but on the number of different answers. The rows of an exclusive list of n events are n + 1 classes, and an
 //! input that is not read has one value.
 //!
@@ -35,7 +35,7 @@ pub(crate) struct Classes<'n> {
     yes: Vec<Option<Answered>>,
 }
 
-/// What is known of a question.
+/// The known answers to a question.
 #[derive(Debug, Clone, Copy)]
 enum Answered {
     /// The rows that answer it with yes.
@@ -53,7 +53,7 @@ impl<'n> Classes<'n> {
         let mut level = 0;
         for (id, input) in net.inputs.iter().rev() {
             let list = &mut values[id.index()];
-            // The class of the value at reset comes first, and that value stands for it.
+            // The class of the value at reset comes first, and that value represents it.
             let base = input.ty.saturate(0);
             let at = list.iter().rposition(|value| *value <= base).unwrap_or(0);
             list[..=at].rotate_right(1);

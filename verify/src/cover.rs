@@ -299,7 +299,7 @@ impl<'a> Reduction<'a> {
             ([], []) => self.moves[at].is_trivial = true,
             // A token is created, so the number of tokens is unbounded.
             ([], _) => post.iter().for_each(|place| self.exclude(*place)),
-            // A token is removed; no set with this place keeps it.
+            // A token is removed, so a set with this place may lose its token.
             (_, []) => pre.iter().for_each(|place| self.places[*place as usize].is_lossy = true),
             ([one], [other]) if one == other => {
                 self.moves[at].is_trivial = true;

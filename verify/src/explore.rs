@@ -140,7 +140,7 @@ impl States {
         Err(self.too_many_pairs(limit, tried))
     }
 
-    /// The answer of a search that ends at this limit, after so many nodes.
+    /// The answer of a search that ends at this limit, after this many nodes.
     fn too_many_pairs(&self, limit: u64, tried: usize) -> OpenReason {
         // Nodes are numbered in the order of discovery, and they are found from the earlier nodes, in order.
         let is_found =
@@ -148,8 +148,8 @@ impl States {
         OpenReason::Pairs { limit, states: self.nodes.partition_point(is_found) }
     }
 
-    /// A lower bound on the pairs of a one-by-one search: each state without its times is found with at least one value for them, if the states known
-    /// here are all states.
+    /// A lower bound on the pairs that a one-by-one search visits, if all states are known here: it visits each state (without its times) with at least one
+    /// combination of times.
     fn least_pairs_one_by_one(&self, net: &Net) -> u64 {
         let relevance = Relevance::of(net);
         let largest = |state: &State| relevance.largest_dt(state.situation()).map_or(0, u64::from);
@@ -310,7 +310,7 @@ pub(crate) struct Searched<T, B> {
     pub(crate) by_zones: bool,
 }
 
-/// Both methods are first tried with one part in this many of the limit of pairs, because one may end early when the other would take long.
+/// Both methods are first tried with the limit of pairs divided by this number, because one may end early when the other would take long.
 const FIRST_PART: u64 = 8;
 
 /// Searches with any `dt`: with zones and, if that search is open because too many nodes differ only in their times, state by state. The data is collected anew

@@ -276,7 +276,7 @@ fn explicit_facts(
     facts.dead_transitions =
         net.transitions.ids().filter(|transition| !fired[*transition]).collect();
     facts.all_dead_known = true;
-    // Within a reaction there may be situations that no row shows. So the rows tell which steps are active together only if a reaction has a single
+    // Within a reaction there may be situations that no row shows. So the rows show all steps that are active together only if a reaction has a single
     // micro-step.
     if net.settings.evolution == Evolution::Single {
         explicit_components(net, &situations, facts);
@@ -324,7 +324,7 @@ fn shows_all_steps(net: &Net) -> bool {
         || net.settings.evolution == Evolution::Single
 }
 
-/// Adds the facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error tells why there is no diagram.
+/// Adds the facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error is the reason why there is no diagram.
 fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
     let mut reached = symbolic::reach(net, facts, limits, &[], &[])?;
     let situations = reached.count();

@@ -1,4 +1,4 @@
-//! Proofs about nets, and the equivalence of logic with a net.
+//! Proofs about nets, and the equivalence of logic and of C with a net.
 //!
 //! ```text
 //! let facts = verify::facts(&net, &Limits::default());           // components, situations, depth, dead parts

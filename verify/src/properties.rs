@@ -57,7 +57,7 @@ pub enum Outcome {
 /// The condition forces mealy outputs with its value before the micro-step, so the property covers them only if the condition reads nothing but inputs.
 ///
 /// # Errors
-/// The errors of validation. There are none, because a property may read everything that an emergency may read.
+/// The errors of validation; none is expected, because a property may read everything that the condition of an emergency may read.
 pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     let Some(emergency) = &net.emergency else { return Ok(net.clone()) };
     let over_inputs = emergency.condition.leaves().all(|leaf| matches!(leaf, Leaf::Input(_)));

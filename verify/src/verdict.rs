@@ -1,4 +1,4 @@
-//! Answers as data: proved, refuted or open, for which stimuli, and the reasons for an open answer.
+//! Answers as data: proved, refuted or open, with the stimuli to which they apply and the reasons for an open answer.
 //!
 //! A comparison with a net returns a [`Verdict`]. It becomes text only where it is printed, so that people and machines get the same answer.
 
@@ -94,7 +94,7 @@ pub enum OpenReason {
         /// The number of inputs.
         inputs: usize,
     },
-    /// A method does not support this design, or reached its limit; the text tells what and where.
+    /// A method does not support this design, or reached its limit; the text gives the cause and its location.
     Method(String),
     /// The statement is proved for these stimuli, and unknown for all others.
     OnlyFor(Scope),

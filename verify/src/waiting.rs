@@ -43,7 +43,7 @@ pub enum Wait {
     Bounded {
         /// The maximum number of times that others fire while the transition is fireable, until it fires itself. Its receptivity may change in between.
         turns: u32,
-        /// A stimulus from reset; in it the transition is fireable `turns` times without firing, and does not fire after the first of them.
+        /// A stimulus from reset; in it the transition is fireable `turns` times without firing, and does not fire from the first of these times on.
         worst: Stimulus,
         /// The maximum number of consecutive reactions in which the receptivity of the transition is true with no following step active,
         /// including the reaction in which it fires; `None` if others may keep the step for ever.

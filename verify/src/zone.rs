@@ -172,7 +172,7 @@ impl Zone {
     }
 }
 
-/// Where the time of a clock comes from.
+/// The source of the time of a clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Source {
     /// A clock of the previous zone, by its index there.

@@ -210,7 +210,7 @@ fn a_circuit_may_differ_where_neighbours_eat_at_once() {
     };
     let inverted = |id: FlopId| logic.flops[id].holds.is_some_and(|holds| holds.inverted);
     let limits = Limits { pairs: 1_000, random_rows: 500, ..Limits::default() };
-    // The next value of `wait5` is changed where both steps are active.
+    // The next value of `wait5` is inverted in the states in which both steps are active.
     for (first, second, is_equal) in [("eat0", "eat1", true), ("eat0", "eat2", false)] {
         let mut builder = Builder::resume(logic.clone());
         let active = [first, second].map(flop_of).map(|flop| {
@@ -273,7 +273,7 @@ fn no_step_of_a_ring_gets_a_second_token() {
         let found = directed(&net, facts, &Limits::default(), &net.properties[0]);
         assert!(matches!(found, Directed::Proved(_)), "{found:?}");
     }
-    // A fork that two philosophers put back is too many.
+    // If two philosophers put the same fork back, there is one token too many.
     let mut broken = Net::clone(&net);
     let fork = broken.steps.iter().find(|(_, step)| step.name.text == "fork3").expect("a fork").0;
     let last = broken.transitions.ids().last().expect("a transition");

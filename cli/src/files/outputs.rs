@@ -1,6 +1,5 @@
-//! `STEM.outputs.json`: the files of each build of a design in a folder, with their hashes and those of the texts that they were made of.
-//!
-//! Its contents are not trusted: it is an output that anybody can change. It is only used for warnings.
+//! `STEM.outputs.json`: the files of each build of a design in a folder, with their hashes and the hashes of the source texts.
+//! The contents of this file are not trusted, because anybody can change it. It is used only for warnings.
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};

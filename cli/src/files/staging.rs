@@ -329,7 +329,7 @@ impl Staging {
         for folder in &journal.folders {
             let path = self.folder.join(folder);
             fs::create_dir_all(&path)
-                .map_err(|error| format!("cannot make {}: {error}", path.display()))?;
+                .map_err(|error| format!("cannot create {}: {error}", path.display()))?;
         }
         for (index, file) in journal.files.iter().enumerate() {
             let staged = self.entry.join(index.to_string());
@@ -426,7 +426,7 @@ impl Staging {
         names.all(|name| is_inside(name)).then_some(journal)
     }
 
-    /// Removes the files of a write, the journal first: without it, the rest is meaningless. Best effort: the next run removes what stays.
+    /// Removes the files of a write, the journal first: without it, the rest is meaningless. Best effort: the next run removes the remaining files.
     fn empty(&self) {
         for name in [JOURNAL, UNDO] {
             let _ = fs::remove_file(self.entry.join(name));
@@ -482,7 +482,7 @@ fn missing(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Removes the folders that are empty. A folder in which somebody else has added files stays.
+/// Removes the folders that are empty. A folder in which somebody else has added files is kept.
 fn remove_folders(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = fs::remove_dir(folder);

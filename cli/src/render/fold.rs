@@ -21,7 +21,7 @@ const MOST_NUMBERS: usize = 12;
 pub(super) struct Folded<'a> {
     /// The first finding, which has the common properties of all.
     pub(super) first: &'a Diagnostic,
-    /// What is wrong.
+    /// The message.
     pub(super) message: String,
     /// The locations that are shown, the main ones first.
     pub(super) labels: Vec<Label>,
@@ -29,7 +29,7 @@ pub(super) struct Folded<'a> {
     pub(super) n_main: usize,
     /// The line numbers of the other locations, as a sentence.
     pub(super) rest: Option<String>,
-    /// What to do next; if it differs between the findings, the help of the first one.
+    /// The help; if it differs between the findings, the help of the first one.
     pub(super) help: Option<String>,
 }
 

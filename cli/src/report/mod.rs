@@ -157,7 +157,7 @@ impl Report {
         }
     }
 
-    /// Adds an error in the use of the tool, or of a file.
+    /// Adds an error in the use of the tool, or an error about a file.
     pub(crate) fn error(&self, message: &str) {
         match self.format {
             MessageFormat::Json => self.line(&json::error(message)),

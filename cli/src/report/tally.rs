@@ -8,7 +8,7 @@ use serde_json::Value;
 /// Lines of a terminal that are kept free for the summary line, the output of the verb, and the prompt.
 const KEPT_FREE: usize = 5;
 
-/// What was found so far.
+/// The counts so far.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     /// The number of lines printed for findings.

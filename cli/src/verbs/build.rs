@@ -286,7 +286,7 @@ fn style(arguments: &Build, targets: &[Target]) -> Result<Style, Stop> {
     Ok(style)
 }
 
-/// Builds all targets. Templates are the user's programs, so they get a bound on their work.
+/// Builds all targets. Templates are the user's programs, so their work is bounded.
 fn made(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &BuildOptions) -> Built {
     let (templates, others): (Vec<Target>, Vec<Target>) =
         targets.iter().partition(|target| **target == Target::Template);
@@ -452,7 +452,7 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
     Ok(packages)
 }
 
-/// Compiles C with the compiler of the host, and runs it beside the net.
+/// Compiles C with the compiler of the host, and compares its run with the net.
 struct HostC<'a> {
     session: &'a Session,
     net: &'a Valid<Net>,

@@ -47,7 +47,7 @@ pub(super) fn write(
     Ok(written?)
 }
 
-/// Warns about files that stay from an older text of the same chart.
+/// Warns about files that remain from an older text of the same chart.
 fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     let first = all.first()?;
     let files: Vec<&str> = all.iter().map(|stale| stale.file.as_str()).collect();
@@ -57,7 +57,8 @@ fn stale(all: &[files::Stale]) -> Option<Diagnostic> {
     Some(Diagnostic::warning(codes::OLDER_SOURCE, message).help(help))
 }
 
-/// The exit code for the written outputs. A proof that the user did not request is not an open question; an output that was not even tested is.
+/// The exit code for the written outputs. A proof that the user did not request does not count as an open question; an output that was not even tested does
+/// count as one.
 pub(super) fn judged(session: &Session, arguments: &Build, lines: &[OutputReport]) -> Exit {
     let of_line = |line: &OutputReport| match &line.verdict {
         OutputVerdict::ReadBack(open) | OutputVerdict::Open(open)

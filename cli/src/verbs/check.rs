@@ -289,7 +289,7 @@ fn certify(
         counted(certified.properties, "property", "properties"),
         counted(certified.charts, "library chart", "library charts")
     ));
-    // People were informed by the findings.
+    // People have already seen the findings; programs get an answer for each property.
     let judged = certified.verdicts.iter().map(|Certifiable { name, of, net, outcome }| {
         let answer = |status, message: String| Answer {
             place: Some(name.span),
@@ -428,10 +428,13 @@ fn waits(
             Wait::Bounded { turns, reactions, .. } => {
                 let counted_turns = counted(turns as usize, "turn", "turns");
                 let within = reactions.map_or_else(
-                    || "; other transitions may keep the step active for any time".to_owned(),
+                    || {
+                        "; other transitions may keep the step active for any length of time"
+                            .to_owned()
+                    },
                     |most| {
                         let reactions = counted(most, "reaction", "reactions");
-                        format!(", and fires within {reactions} while its receptivity holds")
+                        format!(", and fires within {reactions} while its receptivity is true")
                     },
                 );
                 let message = format!("waits for at most {counted_turns} of others{within}");

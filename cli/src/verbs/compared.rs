@@ -9,10 +9,12 @@ pub(super) fn reactions(asked: usize, all: usize) -> String {
     if asked == all {
         return total;
     }
-    format!("{asked} of {total} (the others follow a violated assumption)")
+    format!("{asked} of {total} (the others come after a violated assumption)")
 }
 
 /// The error if no row of a stimulus satisfies the assumptions of the chart, so that nothing was compared.
 pub(super) fn nothing_asked() -> Stop {
-    Stop::Input("each row follows a violated assumption, so there is nothing to compare".to_owned())
+    Stop::Input(
+        "every row comes after a violated assumption, so there is nothing to compare".to_owned(),
+    )
 }

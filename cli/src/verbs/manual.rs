@@ -46,7 +46,7 @@ pub(crate) fn man(arguments: &Manual) -> Result<Exit, String> {
     let mut text = Vec::new();
     clap_mangen::Man::new(page)
         .render(&mut text)
-        .map_err(|error| format!("cannot make the manual page: {error}"))?;
+        .map_err(|error| format!("cannot create the manual page: {error}"))?;
     crate::print(&String::from_utf8_lossy(&text));
     Ok(Exit::Done)
 }

@@ -88,7 +88,7 @@ pub(super) fn run(
     Ok(judged(session, arguments, &built.lines))
 }
 
-/// What a target makes of imported logic.
+/// The form in which a target writes imported logic.
 fn wanted(arguments: &Build, file: &str, name: &str) -> Result<Wanted, Stop> {
     let target = Target::named(name);
     if target == Some(Target::Jedec) && !arguments.refit {

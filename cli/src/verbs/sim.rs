@@ -159,7 +159,8 @@ fn as_expected(session: &Session, arguments: &Sim, expected: &Expected, trace: &
 fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result<Exit, Stop> {
     if arguments.restore.is_some() || arguments.save.is_some() {
         return Err(Stop::Input(
-            "the state of logic cannot be saved because it has no names".to_owned(),
+            "the state of logic cannot be saved or restored, because logic has no step names"
+                .to_owned(),
         ));
     }
     if !["ir", "equations", "jedec"].contains(&arguments.engine.as_str()) {

@@ -1,7 +1,6 @@
 //! A longer tick for a design that does not fit: its times then need fewer registers, but some of them change.
-//!
-//! Each time is rounded up to whole ticks, as if the chart declared this tick. The design is really fitted with it. Nothing is changed: the chart's text
-//! decides, and the suggestion names each time that would change.
+//! Each time is rounded up to whole ticks, as if the chart declared this tick, and the design is fitted with the rounded times. The chart itself is not
+//! changed: the suggestion names each time that would change.
 
 use super::{Trial, bits, duration, fit};
 use crate::circuit;
@@ -13,13 +12,13 @@ use grafsynth_ir::walk::change_statements;
 use grafsynth_ir::{counted, validate};
 use std::collections::BTreeSet;
 
-/// How much longer the tick may be, if it is no common divisor of all times.
+/// The factors that are tried for the tick if the longer tick is not a common divisor of all times.
 const LONGER: [u64; 12] = [2, 3, 4, 5, 10, 20, 50, 100, 200, 500, 1000, 10_000];
 /// The longest common divisor that is tried, in ticks.
 const LONGEST_COMMON: u64 = 100_000;
 
-/// A longer tick with which the design fits, as a sentence: the shortest that changes no time, or else the shortest that fits. `None` if none makes it fit, or if
-/// the chart reads no time.
+/// A longer tick with which the design fits, as a sentence: the shortest that changes no time, or else the shortest that fits. `None` if the design fits with
+/// none of the tried ticks, or if the chart reads no time.
 pub(super) fn tick(asked: &BuildContext<'_>, trial: &Trial) -> Option<String> {
     let net: &Net = asked.net;
     let times = times(net);

@@ -141,11 +141,11 @@ pub struct Cell {
     pub terms: Vec<(&'static str, Literals)>,
     /// The maximum number of products of its sum; `None` if it has no pin.
     pub available: Option<u32>,
-    /// What is known about the number of its products.
+    /// The known bounds on the number of its products.
     pub count: Count,
 }
 
-/// What is known about the number of products of a function in its form and polarity; an inverter also counts as a product.
+/// The known bounds on the number of products of a function in its form and polarity; an inverter also counts as a product.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Count {
     /// The lower bound, with the don't-cares that were used.

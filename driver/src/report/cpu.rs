@@ -90,7 +90,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     Some(text)
 }
 
-/// What the cost of a reaction does not contain: `user_calls` calls of the user's functions, or other code of the user.
+/// The text about the parts that the cost of a reaction does not contain: `user_calls` calls of the user's functions, or other code of the user.
 fn user_part(user_calls: u64, user_code: bool) -> String {
     match (user_calls, user_code) {
         (0, false) => String::new(),

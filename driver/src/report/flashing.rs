@@ -5,7 +5,7 @@ use super::Subject;
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let package = subject.built.packages.first()?;
     let name = package.stem();
-    // Every file that is compiled, and the program around the chart, which is the user's.
+    // All files that are compiled, and the program around the chart, which the user writes.
     let sources = package.files.iter().map(|file| file.name.as_str());
     let sources: Vec<&str> = sources.filter(|file| file.ends_with(".c")).collect();
     let sources = sources.join(" ");

@@ -1,4 +1,4 @@
-//! What was proved about each output and each property, how, and over how many states.
+//! The section about proofs: what was proved about each output and each property, how, and over how many states.
 
 use super::{OutputReport, Subject, counted, table::inline};
 use grafsynth_ir::facts::Proof;

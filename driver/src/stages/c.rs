@@ -1,4 +1,4 @@
-//! The stages of C: emit, then check. C is checked by running it, so the caller passes an engine that can compile.
+//! The stages of C: emit, then check. The check also runs the C, so the caller passes an engine that can compile it.
 
 use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
 use crate::c_proof::prove_c;
@@ -35,7 +35,7 @@ pub(crate) fn emit(
             Err(found) => all.extend(found),
         }
     }
-    // What runs may be another text: without the C code of the chart's author.
+    // The text that runs may differ from the text that is written: it lacks the C code of the chart's author.
     let to_run = match runnable(net, options.trusts_code) {
         Cow::Borrowed(_) => Ok(package),
         Cow::Owned(bare) => grafsynth_backend_c::emit(&bare, facts, &c),
@@ -77,7 +77,7 @@ fn files(net: &Net, files: &[File]) -> Vec<OutputFile> {
         .collect()
 }
 
-/// What compiles and runs C.
+/// An engine that compiles and runs C.
 pub trait CEngine {
     /// Compares a package with the net of the build; the report has this name. `read` is the result of the proof of its text.
     ///

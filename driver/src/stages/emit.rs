@@ -6,7 +6,7 @@ use crate::jedec::{self, FuseText};
 use grafsynth_backend_pld::{Emitted, emit_from};
 use grafsynth_ir::Diagnostic;
 
-/// What was written.
+/// The written output.
 pub(crate) enum Written {
     Text(Emitted),
     Fuses(FuseText),

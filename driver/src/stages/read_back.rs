@@ -9,20 +9,20 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::logic::Logic;
 use grafsynth_logic::state_assignment::observe;
 
-/// What was written, and the circuit in it.
+/// The written output, and the circuit in it.
 pub(crate) struct ReadBack {
     pub(crate) content: Content,
     /// The circuit, without reset and synchronisers; it shows the steps in every encoding.
     pub(crate) circuit: Logic,
 }
 
-/// What was written, after it was read.
+/// The written output, after it was read back.
 pub(crate) enum Content {
     Text(Emitted),
     Fuses(Box<Burned>),
 }
 
-/// Reads what was written, and removes the reset and the synchronisers after a check that they have no other effect.
+/// Reads the written output, and removes the reset and the synchronisers after a check that they have no other effect.
 ///
 /// # Errors
 /// The text cannot be read back, or its meaning differs from the circuit.

@@ -92,7 +92,7 @@ pub(super) enum Value {
     Duration(u64),
 }
 
-/// What a name refers to.
+/// The object that a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Symbol {
     Const(Value),
@@ -186,7 +186,7 @@ pub(super) enum Work<'a> {
     Shared { scope: ScopeId, sharing: Sharing, names: &'a [chart::Path] },
 }
 
-/// What drives an output.
+/// The kind of driver of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Continuous,

@@ -58,7 +58,7 @@ pub(super) fn inner_histories(lowering: &mut Lowering<'_>) {
     }
 }
 
-/// The cases of a transition in addition to the one that it was lowered to; empty if that one is always correct.
+/// The cases of a transition that need transitions in addition to the lowered one; `None` if there are none.
 fn ways_of(
     lowering: &mut Lowering<'_>,
     one: Inner,
@@ -310,7 +310,7 @@ fn inside_of(
     }
 }
 
-/// Replaces a test whether a transition is fireable by a test of all transitions that it became.
+/// Replaces each test of whether a transition is fireable with a test of all the transitions into which it was split.
 fn renamed(guard: &Expr<Leaf>, moved: &BTreeMap<TransitionId, Vec<TransitionId>>) -> Expr<Leaf> {
     guard.map(
         &mut |leaf, span| {

@@ -18,7 +18,7 @@ use itertools::Itertools as _;
 /// Pins that do not belong to a signal of the chart.
 pub(super) const BOARD_SIGNALS: [&str; 8] =
     ["clock", "tick", "reset", "busy", "oe", "vcc", "gnd", "nc"];
-/// What a name in a board is looked up as ([`Lowering::wanting`]): a board declares nothing.
+/// The kind of a name in a board, for [`Lowering::wanting`]; a board declares nothing.
 pub(super) const BOARD_SIGNAL: &str = "signal";
 
 /// Limit of the candidates that all suggestions together may examine: a file with thousands of unknown names does not have typing errors.
@@ -360,7 +360,7 @@ impl<'a> Lowering<'a> {
         let mut steps: Vec<&str> = Vec::new();
         if let Symbol::Output(output) = symbol {
             let uses = || self.uses.get(output.index()).into_iter().flatten();
-            // If there are several steps, the one that the transition leaves is meant.
+            // If there are several steps, the one that the transition leaves is suggested.
             let is_left = uses().any(|one| self.left.contains(&one.step));
             for one in uses().filter(|one| !is_left || self.left.contains(&one.step)) {
                 let step = self.net.steps[one.step].name.text.as_str();

@@ -1,4 +1,4 @@
-//! Where an expression stands, and what it may therefore read.
+//! The place of an expression in a chart, which determines what the expression may read.
 
 use super::context::ScopeId;
 use crate::net::{Leaf, OutputId, PropertyLeaf, StepId};

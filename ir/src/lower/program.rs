@@ -84,7 +84,7 @@ pub struct ProgramOptions {
     pub properties: bool,
 }
 
-/// What a program has beside the reaction of the net.
+/// The contents of a program in addition to the reaction of the net.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Additions<'a> {
     /// A mark wherever something fires. Reset has no marks.

@@ -100,7 +100,7 @@ pub(super) fn more_timers(
     made
 }
 
-/// The duration of the main action: that of a storing qualifier, else the first.
+/// The duration of the main action: that of a storing qualifier, or else the first duration.
 pub(super) fn main_duration(uses: &[Use<'_>]) -> Option<u64> {
     let all = || uses.iter().filter_map(|one| timed(one.how));
     let stored = all().find(|(qualifier, _)| !matches!(qualifier, Qualifier::L | Qualifier::D));

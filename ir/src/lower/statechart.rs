@@ -216,7 +216,8 @@ impl Entering<'_, '_> {
         self.state(state, &BTreeSet::new(), &BTreeMap::new())
     }
 
-    /// Takes the initial transition of a composite state or of the chart: as drawn, else to the child marked initial, else to the first child.
+    /// Takes the initial transition of a composite state or of the chart. If none is drawn, it leads to the child marked initial; if no child is marked, to the
+    /// first child.
     fn initial(&mut self, state: Option<StepId>) -> Result<(), Clash> {
         let tree = &self.lowering.tree;
         if let Some(state) = state

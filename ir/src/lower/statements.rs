@@ -300,7 +300,7 @@ impl<'a> Lowering<'a> {
         ))
     }
 
-    /// The slot with this name; `roles` found all of them.
+    /// The slot with this name; the pass `roles` has already collected all slots.
     fn slot(&mut self, scope: ScopeId, name: &Name) -> Outcome<SendId> {
         let mut next = Some(scope);
         while let Some(scope) = next {

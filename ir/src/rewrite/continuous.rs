@@ -20,7 +20,7 @@ use crate::net::{
 };
 use crate::walk::statements;
 
-/// Makes outputs that only `N` drives continuous, if nothing can tell the difference; true if there was one.
+/// Makes outputs that only `N` drives continuous, if nothing can tell the difference; returns true if there was such an output.
 pub fn continuous(net: &mut Net) -> bool {
     if net.settings.policy.is_statechart() || net.actions.is_empty() {
         return false;

@@ -104,8 +104,8 @@ impl<'s> Context<'s> {
         all.iter().fold(0, |sum, a| sum.saturating_add(self.to(a, wanted, deep)))
     }
 
-    /// The distance of an edge to the value `after` from being present (if `wanted`) or absent. The edge needs the opposite value before; if the operand does
-    /// not have it, a row that produces it is nearest.
+    /// The distance of an edge to the value `after` from being present (if `wanted`) or absent. An edge needs the opposite value in the previous check; if the
+    /// operand did not have it, the distance is that of a row that produces it.
     fn edge(&self, edge: EdgeId, after: bool, wanted: bool, deep: bool) -> u64 {
         let old = self.state.cells[self.layout().edge(edge)] != 0;
         let operand = &self.net.edges[edge].expr;

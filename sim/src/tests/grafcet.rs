@@ -79,7 +79,7 @@ fn staying_and_restarting() {
     );
 }
 
-/// §3.2: the same with two transitions; `restart` of the one that adds the step decides.
+/// §3.2: the same with two transitions; the `restart` of the transition that adds the step decides whether it stays active.
 #[test]
 fn two_transitions_can_keep_a_step() {
     check(
@@ -214,7 +214,8 @@ fn bits_change_within_the_lists() {
          transition t in g a -> b, c
              do { if not a.active and not b.active { seen := seen + 100 } }";
     check(&net("", body), "dt\n1\n", "steps,seen\na,0\nb c,1111");
-    // Simultaneous: step bits from the start; the second and third conditions are false, the last write of the others wins.
+    // With `assign simultaneous`, step bits have their values from the start of the micro-step, so the second and third conditions are false; the last of the
+    // other writes wins.
     check(&net("assign simultaneous", body), "dt\n1\n", "steps,seen\na,0\nb c,1000");
 }
 

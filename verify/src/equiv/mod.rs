@@ -56,7 +56,8 @@ pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) ->
     only_tested(net, logic, reasons, limits)
 }
 
-/// The verdict if there is no proof, for these reasons: refuted if directed random reactions show a difference, otherwise open with their coverage.
+/// The verdict if there is no proof, for these `reasons`: refuted if directed random reactions show a difference, otherwise open, with the coverage of these
+/// reactions.
 #[must_use]
 pub fn only_tested(
     net: &Valid<Net>,

@@ -7,7 +7,7 @@ use grafsynth_sim::{InputRow, Simulator, State};
 
 use crate::codes;
 
-/// The smallest limit, above `least` and at most `most`, within which the reaction ends. It ends within `most`.
+/// The smallest limit, above `least` and at most `most`, within which the reaction ends. The caller knows that it ends within `most`.
 fn least_limit(net: &Valid<Net>, state: &State, way: &[InputRow], least: u32, most: u32) -> u32 {
     let ends = |limit: u32| {
         let mut patient = (**net).clone();

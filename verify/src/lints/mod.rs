@@ -76,7 +76,7 @@ pub struct Conflict {
     pub second: TransitionId,
 }
 
-/// Two transitions that were fireable in one micro-step, of which the conflict policy let one fire.
+/// Two transitions that were fireable in one micro-step; the conflict policy let one of them fire.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Decided {
     /// The transition that fired.

@@ -63,9 +63,9 @@ struct Edge {
 /// A search of all reachable states, and what it showed.
 #[derive(Clone, Copy)]
 pub(crate) struct Search<'s, 'n> {
-    /// What the search that gives the answer showed, or the last search if none ended.
+    /// The results of the search that gives the answer, or of the last search if none ended.
     pub(crate) shown: &'s Shown<'n>,
-    /// What the search that visited the most showed.
+    /// The results of the search that visited the most reactions.
     pub(crate) widest: &'s Shown<'n>,
     /// The states of the search that gives the answer.
     pub(crate) states: &'s States,
@@ -141,7 +141,7 @@ pub(super) fn run(
 
 /// Answers the questions about paths: dead ends and starvation. Returns the reason for each that is open.
 ///
-/// A search with zones skips zones contained in others, so an edge may lead to a node of which only some states can be reached by it. An edge that is sure
+/// A search with zones skips zones contained in others, so an edge may lead to only some of the states of its target node. An edge that is sure
 /// exists from every state of its node; an absent edge exists from none. If the graph of sure edges and the graph of all edges give the same result, that is
 /// the answer. Otherwise the search is repeated with more nodes.
 fn ways(
@@ -153,7 +153,7 @@ fn ways(
 ) -> (Option<OpenReason>, Option<OpenReason>) {
     let Search { shown, states, open, by_zones, .. } = search;
     if let Some(why) = open.or(shown.edges_open.as_ref()) {
-        // With more nodes for the same states, the search will not end either. A one-by-one search may need fewer, unless it was already tried.
+        // A search that uses more nodes for the same states will not end either. A one-by-one search may need fewer nodes, unless it was already tried.
         let few = Limits { pairs: limits.pairs.min(HOPELESS), ..limits.clone() };
         if by_zones && let Ok((each, states)) = Shown::one_by_one(net, states, &few) {
             findings.dead_ends = each.dead_ends(&states, out);
@@ -439,7 +439,7 @@ impl<'n> Shown<'n> {
                             net.vars[*var].name
                         ),
                     )
-                    .at(second_span, "this value stays")
+                    .at(second_span, "this value is kept")
                     .at(first_span, "this value is lost")
                     .help("let only one of them write it, or make sure that they never run together")
                 }
@@ -541,7 +541,8 @@ impl<'n> Shown<'n> {
             if is_end(net, situation) {
                 continue;
             }
-            // If all blocked transitions are reported for a variable that never changes, this is a consequence.
+            // If every blocked transition is already reported because of a variable that never changes, the dead end is only a consequence and gets no warning
+            // of its own.
             let mut blocked = net
                 .transitions
                 .iter()
@@ -673,7 +674,7 @@ impl<'n> Shown<'n> {
     }
 }
 
-/// Transitions that compete for a step, of which two can be fireable at once, and whose receptivities depend only on a row and a situation.
+/// Transitions that compete for a step if at least two of them can be fireable at once, and if their receptivities depend only on a row and a situation.
 fn rivals(net: &Net) -> Vec<TransitionId> {
     let competes = matches!(net.settings.policy, Policy::Priority | Policy::PriorityAge);
     if !competes || net.settings.evolution != Evolution::Single {

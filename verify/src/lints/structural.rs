@@ -31,7 +31,7 @@ pub(super) fn see_all_contests(
     contests: &mut Pairs,
 ) -> bool {
     let is_all = net.settings.policy == Policy::All && !net.settings.fire_one;
-    // Whether the same transition always wins is decided by the declarations, unless ages count.
+    // Unless ages count, the declarations decide which transition wins, so it is always the same one.
     let is_mutual = net.settings.policy == Policy::PriorityAge;
     if net.settings.policy.is_statechart() {
         return false;
@@ -95,7 +95,7 @@ pub(super) fn is_always_alive(net: &Valid<Net>, facts: &Facts, limits: &Limits) 
     if symbolic::never(net, facts, limits, &none).is_some() {
         return true;
     }
-    // If there was a diagram of all reachable states, there is one for this question too.
+    // If the facts come from a diagram of all reachable states, such a diagram can also answer this question.
     let has_diagram = facts.reach.as_ref().is_some_and(|reach| reach.by == Proof::Symbolic);
     has_diagram
         && symbolic::reach(net, facts, limits, &[&none], &[])
@@ -116,7 +116,7 @@ fn can_become_fireable(net: &Net, classes: &mut Classes<'_>, transition: &Transi
         let is_possible = guard.factors().iter().all(|factor| match &factor.kind {
             ExprKind::Leaf(Leaf::Active(step)) => transition.requires.contains(step),
             ExprKind::Leaf(Leaf::Rise(edge)) | ExprKind::Leaf(Leaf::Fall(edge)) => {
-                // In the row before, the operand had the other value.
+                // An edge is present only if the operand had the other value in the previous row.
                 let is_rise = matches!(factor.kind, ExprKind::Leaf(Leaf::Rise(_)));
                 let Some(operand) = over_inputs(net, &net.edges[*edge].expr) else { return false };
                 let other = operand.clone().not();

@@ -77,7 +77,7 @@ struct Run<'p, 'n> {
     random: Random,
     follower: Simulator<'n>,
     /// For each saved state of the leader, by its number: the follower's state and last row, and the index of the last reaction in `trail`. `None` if the
-    /// follower had got a row that is not legal for it.
+    /// follower received a row that is not legal for it.
     kept: BTreeMap<usize, Option<(State, InputRow, Option<usize>)>>,
     /// The rows of each reaction, with the index of the preceding reaction.
     trail: Vec<(Option<usize>, RowPair)>,

@@ -96,7 +96,7 @@ impl<'p, 'n> Rows<'p, 'n> {
         self.common.rows(self.left, self.right, dt, values)
     }
 
-    /// Zeros if they are legal, else the first legal row over the inputs of assumptions.
+    /// A row of zeros if it is legal, otherwise the first legal row over the inputs of assumptions.
     fn find_base(&self) -> Option<Vec<i64>> {
         let zero: Vec<i64> = self
             .common

@@ -5,11 +5,11 @@
 //! state of the net is read from the flip-flops, and the proof is an induction: in every state that satisfies the invariants, both reactions lead to the same
 //! state of the net and the same outputs. The equality of such large functions is proved bottom-up (module `sweep`).
 //!
-//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. That they do is
-//! one more statement of the induction. The number of checks and clocks that suffices is found by the same runs, and proved.
+//! Flip-flops whose meaning is unknown may contain anything, except those that have the same value after each reaction in all random runs. The induction also
+//! proves that they always have this value. The same runs give the required number of checks and clocks, which is then proved.
 #![allow(
     clippy::wildcard_enum_match_arm,
-    reason = "a piece without a case of its own must be stored as it is; a forgotten case makes no proof"
+    reason = "a piece without a case of its own must be stored as it is; a forgotten case only prevents a proof"
 )]
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -49,7 +49,7 @@ struct Claim {
     wanted: Lit,
     given: Lit,
     what: String,
-    /// What the claim shows to be constant.
+    /// The value that the claim proves to be constant.
     constant: Option<Fixed>,
 }
 
@@ -99,7 +99,7 @@ pub(super) fn prove(
         return Err("registered outputs of a circuit with `busy` are not covered".to_owned());
     }
     let known = Reading::known(net, logic, binding, &pieces)?;
-    // The values that are not constant; everything that is not stored is assumed to be until it differs.
+    // The values that are known not to be constant; every other value that is not stored is assumed to be constant until it differs.
     let mut varies: BTreeSet<Fixed> = known.into_iter().map(Fixed::Flop).collect();
     let mut depths = DEPTHS.into_iter();
     let mut depth = depths.next();
@@ -123,7 +123,7 @@ struct Reading<'a> {
     net: &'a Net,
     logic: &'a Logic,
     flops: BTreeMap<Key, (FlopId, bool)>,
-    /// Pieces that the circuit does not store: their value after reset if they are constant, else a variable of their own.
+    /// Pieces that the circuit does not store: their value after reset if they are constant, otherwise a variable of their own.
     others: BTreeMap<Key, Lit>,
 }
 
@@ -141,7 +141,10 @@ impl<'a> Reading<'a> {
             let Some(holds) = flop.holds else { continue };
             if is_own((holds.origin, holds.element, holds.bit), pieces, binding) {
                 if !keys.insert((holds.origin, holds.element, holds.bit)) {
-                    return Err(format!("flip-flop `{}` stores a bit again", flop.name));
+                    return Err(format!(
+                        "flip-flop `{}` stores a bit that another one also stores",
+                        flop.name
+                    ));
                 }
                 known.insert(id);
             }
@@ -270,7 +273,7 @@ impl<'a> Reading<'a> {
 }
 
 /// True if a flip-flop stores this piece between reactions. While a chip is busy, its pins show registers that are not read; and a queue that is empty after
-/// each reaction is no piece of the state.
+/// each reaction is not a piece of the state.
 fn is_own(key: Key, pieces: &BTreeSet<Key>, binding: &Binding) -> bool {
     match key.0 {
         Origin::HeldOutput(..) => binding.busy.is_none() && pieces.contains(&key),
@@ -603,7 +606,7 @@ impl<'a> Both<'a> {
                 (Answer::Equal, _) => solved += 1,
                 (Answer::Different(_), _) if at < N_COUNTS => return Err(Failed::Deeper),
                 (Answer::Different(_), Some(fixed)) => varied.push(fixed),
-                // The claims about the state assume that the constants are constant.
+                // The claims about the state assume that these flip-flops are constant.
                 (Answer::Different(_), None) if !varied.is_empty() => break,
                 (Answer::Different(example), None) => {
                     return Err(Failed::Open(self.differs(&claim.what, &example)));
@@ -733,7 +736,7 @@ fn differences(claims: &[Claim], words: &[u64]) -> Result<(), Failed> {
     }
 }
 
-/// What the environment guarantees about a row, as conditions.
+/// The guarantees of the environment about a row, as conditions.
 fn legal(model: &mut Model<'_>, state: &State) -> Vec<Lit> {
     let net = model.maker.net;
     let inputs = model.inputs.clone();

@@ -28,7 +28,7 @@ pub struct StateBit {
     pub origin: Origin,
     /// The element of an array; 0 for everything else.
     pub element: u32,
-    /// The place in the code of the value, which is counted from the least value; 0 is the lowest.
+    /// The position in the code of the value (the value minus its minimum); 0 is the lowest bit.
     pub bit: u32,
 }
 
@@ -57,7 +57,7 @@ pub enum Times {
 pub struct Invariant {
     /// How time is described.
     pub times: Times,
-    /// The number of micro-steps that a reaction may take; the clauses also prove that none takes more.
+    /// The number of micro-steps that a reaction may take; the clauses also prove that no reaction takes more.
     pub micro_steps: u32,
     /// In each clause, at least one of the bits has the given value. Sorted.
     pub clauses: Vec<Vec<(StateBit, bool)>>,
@@ -303,7 +303,7 @@ impl Reaction {
         let mut reaction = Reaction { solver, vars: vec![None; aig.len()], limit };
         let mut is_needed = vec![false; aig.len()];
         roots.iter().for_each(|root| is_needed[root.node()] = true);
-        // Operands have lower nodes than what is built of them.
+        // An operand has a lower node than each function built from it.
         for node in (0..aig.len()).rev() {
             if let (true, Some((a, b))) = (is_needed[node], aig.operands(node)) {
                 is_needed[a.node()] = true;

@@ -444,7 +444,7 @@ fn is_step(bit: &Decoded) -> bool {
     matches!(bit.holds.origin, Origin::Step(_))
 }
 
-/// The induction; the states in which one of the `claims` is true are unreachable, which is among its invariants.
+/// The induction. One of its invariants is that the states in which one of the `claims` is true are unreachable.
 fn prove_tied(
     net: &Valid<Net>,
     facts: &Facts,
@@ -566,7 +566,7 @@ fn prove_tied(
             proof.show(before_clock, nodes[output.value.index()], own, &what)?;
             continue;
         }
-        // The pin is a function of the new state: proved for any state if possible, else for the states after a reaction.
+        // The pin is a function of the new state. This is proved for any state if possible, otherwise for the states after a reaction.
         if let Some(wanted) = after_clock
             && proof.try_show(wanted, nodes[output.value.index()])
         {
@@ -712,5 +712,5 @@ impl Proof<'_, '_> {
 }
 
 #[cfg(test)]
-#[allow(clippy::wildcard_enum_match_arm, reason = "random nets cover what they like")]
+#[allow(clippy::wildcard_enum_match_arm, reason = "random nets may have any features")]
 mod tests;

@@ -38,7 +38,7 @@ impl Number {
         (0..n_bits as usize).map(|bit| shifted.bit(bit)).collect()
     }
 
-    /// The number with these bits, the last one of which is the sign; without bits, 0.
+    /// The number with these bits; the last bit is the sign. Without bits, 0.
     pub(crate) fn of_bits(bits: Vec<Lit>) -> Number {
         if bits.is_empty() { Number::constant(0) } else { Number { bits }.trimmed() }
     }
@@ -169,7 +169,7 @@ impl Number {
     }
 
     fn multiply(&self, aig: &mut Aig, other: &Number) -> Number {
-        // Shift and add over the bits of one factor; the sign bit counts negatively.
+        // Shift and add over the bits of one factor; the sign bit has a negative weight.
         let mut sum = Number::constant(0);
         for at in 0..other.width() {
             let bit = other.bits[at];

@@ -96,7 +96,7 @@ impl From<String> for Failed {
     }
 }
 
-/// All reachable situations of the net, for any `dt`. The error tells why they could not be computed.
+/// All reachable situations of the net, for any `dt`. The error is the reason why they could not be computed.
 ///
 /// `facts` gives the components, only for the order of variables. `never` contains the queried properties, and `pairs` the queried transitions.
 pub(crate) fn reach(
@@ -186,7 +186,7 @@ fn attempt(
         let text = format!("the reaction has more than {graph_nodes} nodes");
         Failed::Open(text)
     };
-    // The functions that give the length of a reaction, and those that tell what fires in it.
+    // The functions that give the length of a reaction, and those that give the transitions that fire in it.
     let mut asked = vec![is_row, overrun];
     asked.extend(&more);
     let n_more = asked.len();
@@ -270,7 +270,7 @@ fn attempt(
         net.steps.ids().map(|step| level[&model.state_bits[&(Origin::Step(step), 0, 0)]]).collect();
     let others = state_levels.iter().copied().filter(|level| !level_of.contains(level));
     let others = machine.bdd.cube(others)?;
-    // What is between two checks of a reaction is no situation.
+    // A state between two checks of a reaction is not a situation.
     let is_row = machine.kept[1];
     let rows = machine.bdd.and(all, is_row)?;
     let situations = machine.bdd.exists(rows, others)?;

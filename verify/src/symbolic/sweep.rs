@@ -1,5 +1,5 @@
 //! Equal nodes of a graph, found by simulation and proved by a solver, from the variables up [Kuehlmann, Krohm 1997; Mishchenko, Chatterjee, Brayton, Een
-//! 2006]. If two circuits compute the same in similar steps, each query is small, because what is below its nodes has been merged already.
+//! 2006]. If two circuits compute the same in similar steps, each query is small, because the nodes below it have already been merged.
 
 use std::collections::BTreeMap;
 
@@ -125,7 +125,7 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Merges all that is below these literals; `None` if the effort is spent.
+    /// Merges all nodes below these literals; `None` if the effort is spent.
     pub(super) fn prepare(&mut self, roots: &[Lit]) -> Option<()> {
         for node in self.from.cone(roots, usize::MAX)? {
             if !self.made.contains_key(&node) {

@@ -1,5 +1,6 @@
 //! Compares the verifier on small random charts with a brute-force search that shares no code with it or with the simulator, but is written from
-//! docs/semantics.md. Compared are every verdict, the number of situations, what never happens, each pair in conflict, each dead end, for all `dt`.
+//! docs/semantics.md. The comparison covers every verdict, the number of situations, the steps and transitions that are never active or never fire, each pair
+//! in conflict, and each dead end, for all `dt`.
 //!
 //! `chart` makes charts, `run` executes one reaction, and `search` tries every reaction from every state with every `dt` up to one above the largest
 //! number of ticks in the chart.
@@ -20,7 +21,7 @@ use search::{Everything, everything};
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Few rounds by default, many with `GRAFSYNTH_DEEP=1`, a part of the many with a larger number.
+/// A few rounds by default, many with `GRAFSYNTH_DEEP=1`, and a fraction of these with a larger number.
 #[allow(clippy::disallowed_methods, reason = "the environment says how long the tests may take")]
 pub(crate) fn rounds(few: u64, many: u64) -> u64 {
     match std::env::var("GRAFSYNTH_DEEP").ok().and_then(|part| part.parse::<u64>().ok()) {

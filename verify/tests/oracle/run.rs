@@ -24,7 +24,7 @@ pub(crate) struct State {
 pub(crate) struct Seen {
     /// The transitions of each micro-step.
     pub(crate) fired: Vec<Vec<usize>>,
-    /// Pairs of transitions that share a preceding step: one that fired, and one that was fireable and therefore did not fire.
+    /// Pairs of transitions that share a preceding step: one that fired, and one that was also fireable but did not fire because of the first.
     pub(crate) contests: Vec<(usize, usize)>,
     /// True if the reaction did not become stable within the limit.
     pub(crate) fault: bool,

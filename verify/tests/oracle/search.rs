@@ -24,7 +24,7 @@ pub(crate) struct Everything {
     pub(crate) together: BTreeSet<(usize, usize)>,
     /// Winner and loser, where the policy decides.
     pub(crate) contests: BTreeSet<(usize, usize)>,
-    /// Situations that last for ever in some state, although a transition leaves their steps.
+    /// The situations of states after which nothing ever fires again, although a transition leaves one of their steps.
     pub(crate) dead: BTreeSet<Vec<usize>>,
 }
 
@@ -134,7 +134,7 @@ impl Everything {
     }
 }
 
-/// The situations of states in which nothing ever fires, although a transition leaves one of their steps.
+/// The situations of states after which nothing ever fires again, although a transition leaves one of their steps.
 fn dead(
     chart: &Chart,
     states: &IndexMap<State, usize>,

@@ -15,7 +15,7 @@ use crate::net::{
 /// The maximum number of steps that a message names.
 const SHOWN: usize = 4;
 
-/// Runs both lints. Charts with forcing, enclosing steps or statecharts are skipped, because there other mechanisms than transitions deactivate steps.
+/// Runs both lints. Charts with forcing, enclosing steps or statecharts are skipped, because their steps can also be deactivated without a transition.
 pub(super) fn tokens(net: &Net, out: &mut Vec<Diagnostic>) {
     if net.settings.policy.is_statechart() || !net.forcings.is_empty() {
         return;

@@ -231,7 +231,7 @@ impl Builder<'_> {
         controlled.q
     }
 
-    /// Pass (1) of §3.5, and what passes (2) and (3) run. The actions that are `plain` are Boolean functions of step bits that nothing but their
+    /// Pass (1) of §3.5, and the bodies that passes (2) and (3) run. The actions that are `plain` are Boolean functions of step bits that nothing but their
     /// own bodies uses; no value is named for them.
     pub(super) fn action_controls(
         &mut self,

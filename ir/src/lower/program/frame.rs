@@ -1,4 +1,4 @@
-//! What surrounds the evolution in a reaction of a Grafcet chart, for code that organises the evolution itself.
+//! The parts of a reaction of a Grafcet chart before and after the evolution, for code that organises the evolution itself.
 //!
 //! [`super::program`] writes the whole reaction as straight-line code with one bit per step. A back end with one state variable for each sequential component
 //! generates the evolution itself; the timers before it and the controlled actions and free timers after it (§3.5, E1 and E3 of §3.9) are taken from here, made

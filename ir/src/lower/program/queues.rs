@@ -39,7 +39,7 @@ pub(super) struct Queue {
 pub(super) enum External {
     /// There are no external events.
     None,
-    /// The events wait in the bits of the row, each with a temporary that tells whether the event is still waiting.
+    /// The events wait in the bits of the row, each with a temporary that is true while the event is still waiting.
     Row(Vec<(InputId, Option<TempId>)>),
     /// The events wait in a queue.
     Queue(Queue),

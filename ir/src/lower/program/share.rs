@@ -12,7 +12,7 @@
 //!
 //! The register saturates one above the largest constant of all its steps. A comparison with a smaller constant has the same result.
 //!
-//! `s.T` keeps its value while its step is inactive, so it never shares. Neither do the timers of controlled actions: they are not restarted with the step
+//! `s.T` keeps its value while its step is inactive, so it never shares a timer. Neither do the timers of controlled actions: they are not restarted with the step
 //! (§3.5), and latches keep some of them running after the step was left.
 
 use super::{Builder, cell};
@@ -118,7 +118,7 @@ impl Times {
 }
 
 impl Builder<'_> {
-    /// `s.t` at this point of the program; `is_active` tells that the step is active here.
+    /// `s.t` at this point of the program; `is_active` is true if the step is known to be active here.
     pub(super) fn time_of(&self, step: StepId, is_active: bool) -> Expr {
         let Some(ticks) = self.times.cell[step] else { return Expr::int(0) };
         if is_active || self.times.shared(step).is_none() {
@@ -182,7 +182,7 @@ pub(super) fn resolved(mut expr: Expr) -> Expr {
     if idle { Expr::or([condition.not(), compared]) } else { Expr::and([condition, compared]) }
 }
 
-/// The leaf of the net that a time of a step is.
+/// The step whose `s.t` the leaf reads; `None` for any other leaf.
 pub(super) fn elapsed(leaf: net::Leaf) -> Option<StepId> {
     if let net::Leaf::Elapsed(step) = leaf { Some(step) } else { None }
 }

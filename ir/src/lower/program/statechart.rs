@@ -31,7 +31,7 @@ pub(super) struct Rounds {
     pub(super) again: TempId,
     /// The number of the current event, 0 for none; `None` if the net has no events.
     pub(super) current: Option<TempId>,
-    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then every waiting event restarts it.
     restarts: Option<TempId>,
 }
 
@@ -227,7 +227,7 @@ impl Builder<'_> {
         Some(current)
     }
 
-    /// The number of waiting events that restart the count; `None` if nothing is sent, because then all of them do.
+    /// The number of waiting events that restart the count; `None` if nothing is sent, because then every waiting event restarts it.
     fn begin_restarts(&mut self, out: &mut Vec<Stmt>) -> Option<TempId> {
         let queues = self.queues.as_ref()?;
         let External::Queue(queue) = queues.external else { return None };
@@ -255,7 +255,7 @@ impl Builder<'_> {
         u32::try_from(steps.saturating_add(taken).saturating_add(1)).unwrap_or(u32::MAX)
     }
 
-    /// A round without effect: takes an internal event, else an external one, else stops.
+    /// A round without effect: takes an internal event; if there is none, an external event; if there is none either, stops.
     pub(super) fn take_next(&mut self, rounds: Rounds) -> Vec<Stmt> {
         let Rounds { count, again, current, restarts } = rounds;
         let mut idle = vec![Stmt::Set(again, Expr::bool(false))];

@@ -85,7 +85,7 @@ fn after_takes_the_name_of_a_duration() {
     assert_eq!(show(&net, &net.transitions.values().next().unwrap().guard), "p.t >= 3");
 }
 
-/// §3.5: L and D of one action may have several durations; for each additional one there is an action that comes before.
+/// §3.5: L and D of one action may have several durations; each additional duration gives a separate action, declared before it.
 #[test]
 fn further_durations_of_an_action_have_timers_of_their_own() {
     let timed = |ns| act("R", ActionHow::Qualified(Qualifier::L, Some(ns)), None);

@@ -12,10 +12,10 @@ use crate::limits::Limits;
 use crate::symbolic::CONE;
 use crate::symbolic::aig::{Aig, Lit};
 
-/// The maximum number of conflicts of all questions about one reaction, and of nodes of the graph in all questions of a proof.
+/// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
 const ALL_NODES: usize = 400_000;
-/// The maximum number of steps of which all pairs are considered, and of situations in which they are looked for.
+/// The maximum number of steps whose pairs are all examined, and of situations that are searched for these pairs.
 const MAX_PAIRED: usize = 200;
 const MAX_SITUATIONS: usize = 5_000;
 
@@ -129,7 +129,7 @@ impl Attempt<'_> {
         match question {
             Question::State(at) => {
                 let member = &self.of.hint.state[*at].0.member;
-                format!("`self->{member}` may not hold the state of the chart after a reaction")
+                format!("`self->{member}` may differ from the state of the chart after a reaction")
             }
             Question::Output(at) => {
                 let output = self.of.hint.outputs[*at].0;
@@ -142,7 +142,9 @@ impl Attempt<'_> {
             Question::Var(at) => {
                 format!("`{}` may differ from the chart", self.of.hint.vars[*at].1)
             }
-            Question::Obligation(what, _, _) => format!("the C may do what is undefined ({what})"),
+            Question::Obligation(what, _, _) => {
+                format!("the C may have undefined behaviour (it {what})")
+            }
         }
     }
 }

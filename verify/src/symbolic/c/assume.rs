@@ -1,4 +1,4 @@
-//! What a condition tells about memory: on a path, a cell keeps only the values for which the condition has the truth value of the path.
+//! Restricts memory by conditions: on a path, a cell keeps only the values for which the condition has the truth value of the path.
 
 use std::rc::Rc;
 

@@ -32,11 +32,11 @@ pub(super) struct Attempt<'a> {
     pub(super) inputs: Inputs,
     /// The values of the instance before the reaction, in the order of the hint.
     pub(super) before: Vec<Scalar>,
-    /// Own variables, each group with the condition that it has a possible value.
+    /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
-    /// The place of own variables in their words, for the order of decision diagrams.
+    /// For each of these variables, its position in its word, for the order of decision diagrams.
     pub(super) bit_of: BTreeMap<Lit, u32>,
-    /// The place invariants with one active step: their steps, and the invariant as a function once it was needed.
+    /// The sets of steps of which exactly one is active, each with the invariant as a function once a question needs it.
     pub(super) invariants: Vec<(BTreeSet<Lit>, Option<Lit>)>,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Attempt<'a> {
         done
     }
 
-    /// What must be true after reset.
+    /// The checks after reset.
     pub(super) fn reset(&mut self) -> Result<Vec<Check>, String> {
         let Reaction { state, outputs, fault } =
             self.with_model(|this| this.model.maker.reset())?;
@@ -118,7 +118,7 @@ impl<'a> Attempt<'a> {
         Ok(checks)
     }
 
-    /// What must be true after a reaction.
+    /// The checks after a reaction.
     pub(super) fn reaction(&mut self) -> Result<Vec<Check>, String> {
         let dt = self.dt()?;
         self.inputs.tick = Lit::TRUE;

@@ -10,24 +10,24 @@ use super::question::{Focus, Question, Subject};
 use crate::limits::Limits;
 use crate::symbolic::aig::Lit;
 
-/// The limits of one question: its conflicts, if it can still be split into cases, and otherwise; the nodes of a decision diagram; and the nodes of the graph of a
-/// reaction. Most questions need no solver, so one that needs much work will probably not end.
+/// The limits of one question: the conflicts of the solver if the question can still be split into cases, the conflicts otherwise, the nodes of a decision
+/// diagram, and the nodes of the graph of a reaction. Most questions need no solver; one that needs much work will probably not end.
 const FEW_CONFLICTS: u64 = 500;
 const CONFLICTS: u64 = 4_000;
 const DIAGRAM: usize = 1 << 18;
 const NODES: usize = 400_000;
-/// From this number of nodes on, questions that can be split into cases are.
+/// From this number of nodes on, questions that can be split into cases are split.
 const FEW_NODES: usize = 100_000;
 /// The maximum number of cases times the size of the net.
 const MAX_CASES: usize = 8_000_000;
 
 impl Subject<'_> {
-    /// Proves reset and reaction, in one piece if possible, else by cases.
+    /// Proves reset and reaction, in one piece if possible, otherwise by cases.
     pub(super) fn prove(self) -> Result<Induction, String> {
         refuse(self.net)?;
         for (id, output) in self.net.outputs.iter() {
             if !self.hint.outputs.iter().any(|(known, _)| *known == id) {
-                return Err(format!("nothing tells where the C has output `{}`", output.name));
+                return Err(format!("the place of output `{}` in the C is unknown", output.name));
             }
         }
         let limits = Limits {
@@ -106,13 +106,13 @@ impl Subject<'_> {
     }
 }
 
-/// What no proof covers yet.
+/// An error for a net with a feature that no proof of C covers yet.
 fn refuse(net: &Net) -> Result<(), String> {
     if net.settings.policy.is_statechart() {
         return Err("C of statecharts is not covered by the induction".to_owned());
     }
     if !net.c_texts().is_empty() {
-        return Err("C code of the chart's author".to_owned());
+        return Err("C code of the chart's author is not covered by the induction".to_owned());
     }
     let is_called = |input: &Input| input.kind == InputKind::Extern;
     if net.outputs.values().any(|output| output.is_extern()) || net.inputs.values().any(is_called) {

@@ -46,9 +46,9 @@ impl<'u> Program<'u> {
         }
     }
 
-    /// The value of an expression that has one.
+    /// The value of an expression; an error if it has none (a call of a `void` function).
     pub(super) fn scalar(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Scalar> {
-        self.evaluate(expr, memory)?.ok_or_else(|| "a value that is not there".to_owned())
+        self.evaluate(expr, memory)?.ok_or_else(|| "an expression without a value".to_owned())
     }
 
     pub(super) fn int(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Int> {
@@ -179,7 +179,7 @@ impl<'u> Program<'u> {
             },
             ExprKind::SizeOf(_) => match self.unit.constant(expr) {
                 Some(value) => number(value),
-                None => Err("the size of something".to_owned()),
+                None => Err("a `sizeof` without a constant value".to_owned()),
             },
             ExprKind::Null => Ok(Some(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))),
             ExprKind::Function(id) => {
@@ -192,7 +192,7 @@ impl<'u> Program<'u> {
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
                 self.oblige(cell.unset, "reads a value that was never set", expr.span);
-                // Where nothing was set, the obligation fails.
+                // If the cell was never set, the obligation fails.
                 Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
             }
             ExprKind::Address(place) | ExprKind::Decay(place) => {
@@ -413,7 +413,7 @@ impl<'u> Program<'u> {
             ),
             _ => None,
         };
-        let (exact, without) = found.ok_or("an operator without a meaning")?;
+        let (exact, without) = found.ok_or("an operator that is not supported")?;
         if op == BinaryOp::Rem && self.unit.machine.is_signed(kind) {
             // The remainder exists only if the quotient does (C99 6.5.5p6).
             let least = self.unit.machine.range(kind).0;
@@ -643,7 +643,7 @@ impl<'u> Program<'u> {
         }
     }
 
-    /// What a pointer points to, with the number of cells that can be reached from there.
+    /// The targets of a pointer, each with the number of cells that can be reached from there.
     fn targets(
         &mut self,
         pointer: &'u Expr,
@@ -658,11 +658,11 @@ impl<'u> Program<'u> {
             match pointer {
                 Pointer::To(address, extent) => all.push((address, extent, when)),
                 Pointer::Null | Pointer::Function(_) => {
-                    self.oblige(when, "uses a pointer to nothing", loc);
+                    self.oblige(when, "uses a null or dangling pointer", loc);
                 }
             }
         }
-        if all.is_empty() { Err("a pointer to nothing".to_owned()) } else { Ok(all) }
+        if all.is_empty() { Err("a null or dangling pointer".to_owned()) } else { Ok(all) }
     }
 
     /// The elements at an index, counted from one of several addresses, each with the number of its elements.
@@ -698,7 +698,7 @@ impl<'u> Program<'u> {
             }
         }
         if all.is_empty() {
-            // The obligation above fails on each path that gets here.
+            // The obligation above fails on each path that reaches this point.
             return Err("an index that is always outside of its array".to_owned());
         }
         Ok(all)
@@ -706,7 +706,7 @@ impl<'u> Program<'u> {
 }
 
 impl Address {
-    /// The cell this many cells behind it.
+    /// The cell at this distance after it.
     pub(super) fn behind(self, cells: usize) -> Address {
         Address { cell: self.cell + cells, ..self }
     }

@@ -31,7 +31,7 @@ pub(super) type Done<T> = Result<T, Stop>;
 pub(super) struct Obligation {
     /// The condition under which the program does it.
     pub(super) broken: Lit,
-    /// What it would be.
+    /// A description, such as "divides by 0".
     pub(super) what: &'static str,
     pub(super) loc: Loc,
 }
@@ -41,7 +41,7 @@ struct Function<'u> {
     body: &'u [Stmt],
 }
 
-/// The program and the paths on which it is.
+/// The program, and the state of its execution.
 pub(super) struct Program<'u> {
     pub(super) unit: &'u Unit,
     pub(super) aig: Aig,
@@ -59,7 +59,7 @@ pub(super) struct Program<'u> {
     node_limit: usize,
 }
 
-/// The ends of a statement: each with its condition, relative to the start of the statement.
+/// The ways in which a statement ends, each with its condition relative to the start of the statement.
 #[derive(Default)]
 struct Flow {
     normal: Option<(Lit, Memory)>,
@@ -117,7 +117,7 @@ impl<'u> Program<'u> {
         });
         for (symbol, (init, is_defined)) in objects {
             let data = &unit.symbols[symbol];
-            // An object that can change keeps a value between reactions outside the instance, and one of another text has an unknown value.
+            // A static object that can change would store a value outside the instance, and the value of an object that another text defines is unknown.
             if !unit.has_const(&data.canonical) || init.is_none() && !is_defined {
                 continue;
             }
@@ -140,7 +140,7 @@ impl<'u> Program<'u> {
         self.n_objects
     }
 
-    /// The cells of an object with an initialiser; without one, it is 0 if it `is_static`, else it has no value.
+    /// The cells of an object with an initialiser; without one, the object is 0 if it `is_static`, otherwise it has no value.
     pub(super) fn initialised(
         &mut self,
         ty: &Type,
@@ -203,7 +203,7 @@ impl<'u> Program<'u> {
         Ok(value)
     }
 
-    /// Counts work, and ends it when it is too much.
+    /// Counts a step of work; an error if the limit is exceeded.
     pub(super) fn tick(&mut self) -> Done<()> {
         self.work += 1;
         if self.work > MAX_WORK {
@@ -224,7 +224,7 @@ impl<'u> Program<'u> {
         done
     }
 
-    /// Notes that something undefined happens here under a condition.
+    /// Records that the behaviour is undefined here if the condition is true.
     pub(super) fn oblige(&mut self, bad: Lit, what: &'static str, loc: Loc) {
         let broken = self.aig.and(self.here, bad);
         if broken != Lit::FALSE {

@@ -84,7 +84,7 @@ impl Attempt<'_> {
             let value = scalar(&self.inputs.values[input.index()]);
             if let Some(bit) = place.bit {
                 let width = self.of.unit.machine.bits(kind) as usize;
-                // A port register may be copied there: the other bits are anything.
+                // A port register may be copied there, so the other bits may have any value.
                 let mut fresh = self.fresh(u32::try_from(width).unwrap_or(0));
                 fresh.push(Lit::FALSE);
                 let word = words.entry(at).or_insert(fresh);
@@ -104,7 +104,7 @@ impl Attempt<'_> {
         Ok(memory)
     }
 
-    /// A value as its cell stores it: a flag only in a `bool`.
+    /// A value in the form in which its cell stores it: in a `bool`, 0 or 1.
     pub(super) fn typed(&mut self, value: Scalar, kind: IntKind) -> Scalar {
         match value {
             Scalar::Int(value) if kind == IntKind::Bool => {
@@ -213,7 +213,7 @@ impl Attempt<'_> {
         }
     }
 
-    /// What the queries about a state answer.
+    /// The checks of the functions that return parts of a state.
     pub(super) fn queries(
         &mut self,
         state: &State,

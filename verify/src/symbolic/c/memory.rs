@@ -27,7 +27,7 @@ pub(super) enum Scalar {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Pointer {
     Null,
-    /// The cell, or the aggregate that starts there, and the number of cells of what it points into: an object or an array.
+    /// The cell, or the aggregate that starts there, and the number of cells of the object or array that it points into.
     To(Address, usize),
     Function(SymbolId),
 }
@@ -55,7 +55,7 @@ pub(super) struct Cell {
     pub(super) value: Option<Scalar>,
     /// The condition that it has no value yet.
     pub(super) unset: Lit,
-    /// The cell of which this one is the part that is possible on the current path.
+    /// The cell before values were excluded, if this one keeps only the values that are possible on the current path.
     pub(super) whole: Option<Rc<Cell>>,
 }
 
@@ -76,7 +76,7 @@ impl Cell {
 /// The cells of an object.
 pub(super) type Cells = Rc<Vec<Rc<Cell>>>;
 
-/// All objects that can change, by number. A number is never used twice, so that a pointer to an object that is gone points to nothing.
+/// All objects that can change, by number. A number is never used twice, so that a pointer to an object that has ended has no target.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Memory {
     objects: BTreeMap<usize, Cells>,
@@ -164,7 +164,7 @@ impl Memory {
     }
 }
 
-/// The whole of a cell.
+/// A cell before values were excluded.
 fn whole(cell: &Rc<Cell>) -> &Rc<Cell> {
     let mut cell = cell;
     while let Some(larger) = &cell.whole {
@@ -179,7 +179,7 @@ pub(super) fn merge_cells(aig: &mut Aig, all: &[(Lit, &Rc<Cell>)]) -> Rc<Cell> {
     if all.iter().all(|(_, cell)| Rc::ptr_eq(cell, first)) {
         return (*first).clone();
     }
-    // Nothing was assigned, only excluded.
+    // No value was assigned; some were only excluded.
     if all.iter().all(|(_, cell)| Rc::ptr_eq(whole(cell), whole(first))) {
         return whole(first).clone();
     }
@@ -192,7 +192,7 @@ pub(super) fn merge_cells(aig: &mut Aig, all: &[(Lit, &Rc<Cell>)]) -> Rc<Cell> {
     Rc::new(Cell { value, unset, whole: None })
 }
 
-/// A value after several paths. `None` without any, or if integers and pointers are mixed.
+/// A value after several paths. `None` if there is none, or if integers and pointers are mixed.
 pub(super) fn merge_scalars(aig: &mut Aig, all: &[(Lit, &Scalar)]) -> Option<Scalar> {
     let (_, first) = all.first()?;
     if all.iter().all(|(_, value)| value == first) {

@@ -1,12 +1,12 @@
-//! The proof that emitted C is the net, by induction over one reaction.
+//! The proof that emitted C behaves like the net, by induction over one reaction.
 //!
-//! The text is read by `grafsynth_c`, and one call of `NAME_step` is executed on all paths at once, in the graph of the second encoding. The [`Representation`] tells
-//! how the instance stores the state of the net: as a relation between the two. If `NAME_init` establishes it, and each reaction from related states with equal inputs
+//! The text is read by `grafsynth_c`, and one call of `NAME_step` is executed on all paths at once, in the graph of the second encoding. The [`Representation`]
+//! describes how the instance stores the state of the net, as a relation between the two. If `NAME_init` establishes it, and each reaction from related states
+//! with equal inputs
 //! and equal `dt` gives equal outputs and related states, the C behaves like the net for ever. The relation is only a hint: if it is wrong, one of the two steps fails.
-//!
-//! Nothing here knows how the text was made. What C leaves undefined (overflow, indices, values that were never set) is an obligation like the others, for the
-//! machine for which the text is read.
-#![allow(clippy::wildcard_enum_match_arm, reason = "what is not listed is refused")]
+//! This module does not depend on how the text was made. The absence of undefined behaviour (overflow, indices out of range, values that were never set) is an
+//! obligation like the others, for the machine for which the text is read.
+#![allow(clippy::wildcard_enum_match_arm, reason = "variants that are not listed are refused")]
 
 mod answers;
 mod assume;
@@ -31,14 +31,14 @@ use grafsynth_ir::net::Net;
 use crate::limits::Limits;
 use question::Subject;
 
-/// The proof that C is its net.
+/// The proof that the C behaves like its net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Induction {
     /// The number of functions that are equal by construction.
     pub same: usize,
     /// The number of functions that the solver proved equal.
     pub solved: usize,
-    /// The number of things that C leaves undefined and that were proved not to happen.
+    /// The number of operations that C may leave undefined and that were proved to be defined.
     pub obligations: usize,
     /// The number of nodes of the graph in all questions for the solver, a measure of its work.
     work: usize,
@@ -60,10 +60,10 @@ impl std::fmt::Display for Induction {
     }
 }
 
-/// Proves that the C of a unit is the net, for every stimulus and every `dt` that the C accepts.
+/// Proves that the C of a unit behaves like the net, for every stimulus and every `dt` that the C accepts.
 ///
 /// # Errors
-/// The reason why there is no proof. The C may be right nevertheless.
+/// The reason why there is no proof. The C may still be correct.
 pub fn prove(
     net: &Valid<Net>,
     facts: &Facts,

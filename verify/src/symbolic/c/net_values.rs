@@ -1,4 +1,4 @@
-//! Values of the net beside values of C.
+//! Converts and compares values of the net and of the C.
 
 use grafsynth_ir::expr::CompareOp;
 use grafsynth_ir::program::Origin;
@@ -9,7 +9,7 @@ use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::number::Number;
 use crate::symbolic::state::{State, Value};
 
-/// A value of the net as C has it.
+/// A value of the net as the C represents it.
 pub(super) fn scalar(value: &Value) -> Scalar {
     Scalar::Int(match value {
         Value::Flag(lit) => Int::Bit(*lit),

@@ -1,4 +1,4 @@
-//! What a proof is about, and its questions.
+//! The subject of a proof, and its questions.
 
 use grafsynth_c::tree::Unit;
 use grafsynth_ir::Valid;
@@ -9,7 +9,7 @@ use grafsynth_ir::net::{Net, StepId};
 use crate::limits::Limits;
 use crate::symbolic::aig::Lit;
 
-/// A question of the induction; the same one in every case.
+/// A question of the induction; every case asks the same questions.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Question {
     /// A scalar of the instance, by its number in the hint, after a reaction.
@@ -18,11 +18,11 @@ pub(super) enum Question {
     Output(usize),
     /// The fault flag.
     Fault,
-    /// The function that tells whether a step is active, by its number in the hint.
+    /// The function that returns whether a step is active, by its number in the hint.
     Active(usize),
     /// The function that returns a variable, by its number in the hint.
     Var(usize),
-    /// Something that C leaves undefined, with its location.
+    /// An operation that C may leave undefined, with its location.
     Obligation(&'static str, u32, usize),
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Focus {
     pub(super) active: Option<StepId>,
 }
 
-/// Everything that a proof is about.
+/// The subject of a proof: the net with its facts, the C, the hint about their relation, and the limits.
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub(super) net: &'a Valid<Net>,

@@ -1,4 +1,4 @@
-//! The relation between the net and the instance: states that belong together, and outputs that are equal.
+//! The relation between the net and the instance: which states correspond to each other, and which outputs are equal.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,7 +32,7 @@ impl Attempt<'_> {
                 match piece(&self.state, *origin, *element) {
                     Some(Value::Flag(lit)) => Ok(Scalar::Int(Int::Bit(lit))),
                     Some(Value::Number(number)) => Ok(Scalar::Int(Int::Word(number))),
-                    // The second encoding has no such piece: the instance may hold anything there.
+                    // The second encoding has no such piece, so the instance may have any value there.
                     None => self.anything(self.structures.instance, place),
                 }
             }
@@ -76,14 +76,14 @@ impl Attempt<'_> {
         }
     }
 
-    /// The time of a step as the net counts it, from a count that goes on longer.
+    /// The time of a step as the net counts it, from a timer that may count further than the cap.
     pub(super) fn shown(&mut self, active: Lit, time: &Number, cap: i64) -> Number {
         let aig = &mut self.program.aig;
         let capped = time.saturate(aig, 0, cap);
         Number::select(aig, active, &capped, &Number::constant(0))
     }
 
-    /// A scalar without a meaning: any value of its type.
+    /// A scalar without a meaning; it may have any value of its type.
     pub(super) fn anything(
         &mut self,
         of: Option<StructId>,
@@ -126,7 +126,7 @@ impl Attempt<'_> {
         Err(format!("it is not proved that the steps in `{}` exclude each other", place.member))
     }
 
-    /// What must be true for the state of the net and the instance to belong together.
+    /// The checks that the state of the net and the instance are related.
     pub(super) fn related(
         &mut self,
         state: &State,
@@ -153,7 +153,7 @@ impl Attempt<'_> {
         Ok(checks)
     }
 
-    /// The conditions under which a scalar does not hold what it should.
+    /// The conditions under which a scalar does not have the required value.
     fn broken(&mut self, holds: &Holds, value: &Int, state: &State, fault: Lit) -> Vec<Lit> {
         let aig = &mut self.program.aig;
         let mut all = Vec::new();
@@ -249,7 +249,7 @@ impl Attempt<'_> {
         Ok(checks)
     }
 
-    /// The bits of words of outputs that are no outputs must be 0.
+    /// Checks that the unused bits of output words are 0.
     fn unused_bits(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
         let mut words: BTreeMap<Place, (usize, BTreeSet<u32>)> = BTreeMap::new();
         for (at, (_, place)) in self.of.hint.outputs.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The integers of C as functions: exact values, of which [`super::eval`] takes what a type keeps.
+//! The integers of C as functions: exact values, which [`super::eval`] reduces to the range of a type.
 //!
 //! Codes of steps and everything that is computed from them by cases are kept as choices between constants, so that "the code is 3" stays one literal, and is the
 //! literal of the step that has this code.
@@ -64,7 +64,7 @@ impl Int {
             }
         }
         if by_value.len() < 2 {
-            // Exactly one condition is true; without any, nothing gets here.
+            // Exactly one condition is true; without conditions, this point is never reached.
             return Int::constant(by_value.into_keys().next().unwrap_or(0));
         }
         let all = by_value.into_iter().map(|(value, ways)| (value, aig.or_all(ways)));
@@ -154,7 +154,7 @@ impl Int {
         }
     }
 
-    /// One of several values, each with the condition under which it is meant; of these conditions, exactly one is true on the path.
+    /// One of several values, each with the condition under which it applies; exactly one of these conditions is true on the path.
     pub(super) fn merge(aig: &mut Aig, all: &[(Lit, Int)]) -> Int {
         if all.iter().all(|(_, value)| matches!(value, Int::Bit(_))) {
             return Int::Bit(merge_bits(aig, all.iter().map(|(when, value)| (*when, value))));

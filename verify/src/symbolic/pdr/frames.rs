@@ -1,9 +1,10 @@
 //! The search itself [Bradley, SAT-based model checking without unrolling, VMCAI 2011; Eén, Mishchenko, Brayton, Efficient implementation of property
 //! directed reachability, FMCAD 2011].
 //!
-//! Frame `k` contains every state that is reachable within `k` reactions, none of them bad before. A frame is stored as the cubes that it excludes; a cube at
+//! Frame `k` contains every state that is reachable within `k` reactions, none of them bad. A frame is stored as the cubes that it excludes; a cube at
 //! level `l` is excluded from the frames 1 to `l`. A state of the last frame from which a reaction is bad is an obligation: either the state is excluded
-//! because nothing in the frame before leads to it, or what does is an obligation for that frame. When two frames are equal, they are an invariant.
+//! because no state of the previous frame leads to it, or a state that leads to it becomes an obligation for the previous frame. When two frames are equal,
+//! they are an invariant.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,7 +14,7 @@ use super::solver::{Answer, FrameSolver};
 use super::system::{Bit, Cube, System};
 use crate::symbolic::aig::Lit;
 
-/// The maximum number of nodes of the functions that tell which reactions are bad, if every question is to contain them.
+/// If the functions for bad reactions have at most this number of nodes, every question contains them.
 const SMALL: usize = 1_000;
 
 /// Bounds on the work of one search.
@@ -33,7 +34,7 @@ pub(super) enum Ended {
     Refuted {
         /// The inputs that are 1, as nodes, of reactions from reset; the last one is bad.
         rows: Vec<Vec<usize>>,
-        /// No shorter list of reactions ends with a bad one.
+        /// A lower bound on the number of reactions in any list that ends with a bad reaction.
         at_least: usize,
     },
     /// The bounds were reached.
@@ -253,7 +254,7 @@ impl<'s> Search<'s> {
         self.excluded[frame.max(1)..].iter().flatten().any(|one| one.contains(cube, hashes))
     }
 
-    /// A part of a cube, completed so that it does not contain the reset state, which the cube does not contain.
+    /// Extends a part of a cube so that it does not contain the reset state. The whole cube does not contain that state.
     fn without_first(&self, mut part: Cube, cube: &[Bit]) -> Cube {
         if self.system.starts_in(&part) {
             let differs = |bit: &&Bit| self.system.first[bit.index()] != bit.value;
@@ -265,7 +266,7 @@ impl<'s> Search<'s> {
 
     /// Excludes a cube that nothing in the frame before `level` leads to, from as many frames as possible and with as few bits as possible. Returns the level.
     fn exclude_far(&mut self, mut level: usize, mut cube: Cube) -> Result<usize, Spent> {
-        // The highest level first: there the cube is made smaller only as far as later frames allow.
+        // Finds the highest level first; bits are then removed only as far as this level allows.
         while level <= self.last {
             match self.entered(level, &cube)? {
                 Answer::Blocked(core) => cube = self.without_first(core, &cube),

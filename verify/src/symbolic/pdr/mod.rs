@@ -1,6 +1,6 @@
 //! Property-directed reachability: decides whether some reaction from a reachable state violates a property, for any stimulus, without a bound on its length.
 //!
-//! Times are first free: a proof then covers whatever time passes. A violation found so may need times that never occur, so the question is repeated with
+//! Times are first free: a proof then covers whatever time passes. A violation found in this way may need times that never occur, so the question is repeated with
 //! times as numbers. What the structure of the net proves (sequential components, codes, times of inactive steps) is given to the search as lemmas.
 //!
 //! Neither answer depends on the search: an invariant is accepted if [`recheck`](crate::recheck) accepts it, and a violation if the reference
@@ -58,7 +58,7 @@ pub enum Directed {
 /// The result of one attempt.
 enum Attempt {
     Settled(Directed),
-    /// The violation is none of the net: times were free, or a reaction was cut short.
+    /// The violation may not exist in the net: times were free, or a reaction was cut short.
     Spurious,
 }
 
@@ -263,7 +263,7 @@ pub(super) fn is_never_bad(aig: &Aig, source: &Source, limits: &Limits) -> Optio
     }
 }
 
-/// What the structure proves about the reachable states, as clauses over the bits of the state.
+/// The facts about the reachable states that the structure proves, as clauses over the bits of the state.
 pub(super) fn lemmas(model: &mut Model<'_>, facts: &Facts) -> Vec<Vec<Lit>> {
     let bits: Vec<Lit> = model.state_bits.values().copied().collect();
     let (_, mut clauses) = model.invariants(facts, &bits);

@@ -30,7 +30,7 @@ pub(in crate::symbolic) struct Register {
     pub(in crate::symbolic) first: bool,
 }
 
-/// The question whether a reaction from some reachable state can be bad, given by functions in a graph. Variables that are no register are inputs.
+/// The question whether a reaction from some reachable state can be bad, given by functions in a graph. Variables that are not registers are inputs.
 #[derive(Debug, Clone)]
 pub(in crate::symbolic) struct Source {
     pub(in crate::symbolic) registers: Vec<Register>,

@@ -186,7 +186,7 @@ impl Model<'_> {
         Ok(Step { next, helpers, is_row: !running, broken, fired })
     }
 
-    /// A bit between two checks that is no piece of the net's state.
+    /// A bit that is needed between two checks but is not a piece of the net's state.
     fn helper(&mut self, helpers: &mut Vec<Key>) -> Lit {
         let lit = self.aig().variable();
         let key = (Origin::Helper, helpers.len() as u32, 0);

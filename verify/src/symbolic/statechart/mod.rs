@@ -316,7 +316,7 @@ impl Maker<'_> {
         Ok(fired)
     }
 
-    /// Stores what the outputs of a chart show that ends in this reaction [C20].
+    /// If a chart ends in this reaction, stores the values that its outputs show [C20].
     pub(super) fn keep_outputs(&mut self, state: &mut State) {
         let net = self.net;
         for (output, chart) in self.shape.chart.kept.clone() {

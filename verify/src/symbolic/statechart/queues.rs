@@ -238,7 +238,7 @@ impl Maker<'_> {
         }
     }
 
-    /// Takes the next event if `condition` is true: of the internal queue, else of the external one.
+    /// Takes the next event if `condition` is true: from the internal queue, or from the external queue if the internal one is empty.
     pub(super) fn take_event(&mut self, condition: Lit) -> Taken {
         let mut events: BTreeMap<InputId, Vec<Lit>> = BTreeMap::new();
         let mut internal = std::mem::replace(&mut self.chart().run.internal, RunQueue::empty(0));

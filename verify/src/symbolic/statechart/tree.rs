@@ -34,7 +34,7 @@ pub(crate) struct Tree {
     pub(crate) children: Vec<Vec<StepId>>,
     /// The states without children, in document order.
     pub(crate) atoms: Vec<StepId>,
-    /// What the atomic states may offer, in the order of selection.
+    /// The offers of all atomic states, in the order of selection.
     pub(crate) offers: Vec<Offer>,
     /// The sets of states that two transitions leave.
     pub(crate) sets: Vec<Vec<StepId>>,
