@@ -322,7 +322,7 @@ impl<'s> Flow<'_, 's> {
         self.emit(chart::StmtKind::Assign { target, index, value }, span);
     }
 
-    /// Ends the current node with two ways.
+    /// Ends the current node with a two-way branch.
     pub(super) fn branch(
         &mut self,
         guard: chart::Expr,
@@ -658,7 +658,7 @@ impl<'s> Flow<'_, 's> {
                     Diagnostic::error(codes::C_JUMP, format!("duplicate label `{name}`"))
                         .at(name.span, "again here")
                         .at(first, "first here")
-                        .help("rename one of them, with each `goto` that means it")
+                        .help("rename one of them, and each `goto` that refers to it")
                 });
             }
             if is_definition {

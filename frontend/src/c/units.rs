@@ -1,5 +1,5 @@
-//! Decides for each unit whether the net can express it or it is left to the library: applies the rule of [`super::resolve`] until nothing
-//! changes.
+//! Decides for each unit whether the net can express it or whether it is left to the library: applies the rule of [`super::resolve`] until
+//! nothing changes.
 
 use super::ast::{Base, Declaration, Expr, ExprKind, Init, Stmt, StmtKind};
 use super::resolve::{FunctionId, Home, Program, Reference, Resolver, VarId};

@@ -121,7 +121,7 @@ impl<'a> Numbers<'a> {
                     Kind::Word | Kind::Quoted => {
                         constant.has_truth |=
                             matches!(word(f), "true" | "false" | "not" | "and" | "or");
-                        // A constant may be made of earlier constants. Only the last 64 names are searched, because such constants are
+                        // A constant may be computed from earlier constants. Only the last 64 names are searched, because such constants are
                         // usually close together.
                         let name = name_of(text, f);
                         constant.has_number |=
