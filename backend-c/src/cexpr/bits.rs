@@ -35,13 +35,13 @@ pub(super) enum Bits {
     Word(Word),
     /// The number is the complement of this one.
     ComplementOf(CExpr),
-    /// The number is a word, and it is the other word with its sign bit inverted.
+    /// The number is the first word, which is the second word with its sign bit inverted.
     Flipped(Word, Word),
     /// The number is a word that is read in two's complement.
     Signed(Word),
 }
 
-/// The largest numbers of the unsigned types, which as masks are casts.
+/// The largest numbers of the unsigned types. A mask with such a number is written as a cast.
 const TYPES: [i64; 3] = [0xff, 0xffff, 0xffff_ffff];
 
 /// The width of the smallest unsigned type for `0..=most`.
@@ -192,7 +192,7 @@ impl CExpr {
         }
     }
 
-    /// A bit operator whose result is in `lo..hi`, which is not a constant.
+    /// A bit operator whose result is in `lo..hi` and is not a constant.
     pub(super) fn bitwise(op: ArithOp, a: CExpr, b: CExpr, (lo, hi): (i64, i64)) -> CExpr {
         if let Some(same) = CExpr::unchanged(op, &a, &b) {
             return same;
@@ -326,7 +326,7 @@ impl CExpr {
             let quotient = CExpr::arith(ArithOp::Shr, lifted, by.clone());
             return CExpr::arith(ArithOp::Sub, quotient, CExpr::int(lift >> by_constant));
         }
-        // The same with the weight of the sign bit and modulo 2^n.
+        // The same with the weight of the sign bit as the addend, modulo 2^n.
         let n_bits = signed_bits(a.lo, a.hi).max(wider_than(by.hi));
         let sign = Word::literal(1 << (n_bits - 1), n_bits);
         let lifted = Word::joined(a.low_bits(n_bits).resized(n_bits), "^", sign.clone());

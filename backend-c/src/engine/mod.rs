@@ -706,7 +706,7 @@ fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> 
 fn declarations(load: &str) -> Vec<Node> {
     vec![
         Node::comment(
-            "Resets with an image: GS_OK, or why it is rejected; the instance is then unchanged. The image must stay in place.",
+            "Resets with an image. Returns GS_OK, or why the image is rejected; the instance is then unchanged. The image must stay in place.",
         ),
         Node::line(format!("{load};")),
         Node::blank(),

@@ -323,7 +323,7 @@ fn post_order(plan: &Plan) -> Vec<usize> {
 }
 
 /// Rejects a chart in which the order of actions depends on the situation. It does if a transition of a state with several regions can be selected together
-/// with one inside, before or after it depending on the active states: one of the two exits nothing, and both have actions.
+/// with a transition inside that state, and comes before or after it depending on the active states. In such a pair one exits nothing, and both have actions.
 fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     if net.settings.policy != Policy::InnerFirst {
         return Ok(());

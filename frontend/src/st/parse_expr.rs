@@ -510,7 +510,7 @@ fn why_no_duration(text: &str) -> (String, String) {
             return (format!("expected a number before `{number}`"), general);
         }
         let Some((word, unit)) = UNITS.iter().find(|(word, _)| number.starts_with(word)) else {
-            return (format!("`{number}` begins with no unit"), general);
+            return (format!("`{number}` does not begin with a unit"), general);
         };
         match before {
             Some((first, _)) if first == *word => return (format!("`{word}` twice"), general),

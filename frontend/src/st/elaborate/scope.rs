@@ -1,6 +1,6 @@
 //! What a name refers to. The rules of all units are here.
 //!
-//! | where | a name is looked up in, the first that knows it wins |
+//! | use of the name | looked up in this order; the first match counts |
 //! |---|---|
 //! | expression, target of an assignment | the unit or instance: its variables and steps; the globals; the values of the enumerations |
 //! | `a.b` | `b` in the instance or structure `a`, or `X` and `T` of the step `a`; if nothing is named `a`: an enumeration `a`, the globals (`a` names their list) |

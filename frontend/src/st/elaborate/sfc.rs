@@ -190,7 +190,7 @@ impl<'a> Elaborator<'a> {
                 finding = finding.at(*assigned, "assigned here");
             }
             self.report(finding.help(format!(
-                "remove the assignment and write `{name}(S)` and `{name}(R)` in the steps, or remove the step action; now S and R write it first in each scan, then the statements"
+                "remove the assignment and write `{name}(S)` and `{name}(R)` in the steps, or remove the step action; as written, S and R set it first in each scan, and the statements overwrite it"
             )));
         }
         let base = &place.name.text;

@@ -158,7 +158,7 @@ impl Elaborator<'_> {
         self.frames[frame].flags.extend(bound);
         let outer = self.own(frame, key).cloned();
         for value in &rounds.each {
-            // Nested loops would run on even after the budget is exhausted.
+            // Otherwise, nested loops would continue even after the budget is exhausted.
             if self.spend(span, 1).is_err() {
                 break;
             }
