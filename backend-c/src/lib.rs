@@ -355,7 +355,7 @@ impl Package {
 /// A fact is used only if it is proved. Without facts, [`Style::Auto`] gives a chart that is not a statechart the style `bits` or one variable per step.
 ///
 /// # Errors
-/// The requested style does not support the chart, or the net has no reaction program.
+/// If the requested style does not support the chart, or the net has no reaction program.
 pub fn emit(
     net: &Valid<Net>,
     facts: &Facts,

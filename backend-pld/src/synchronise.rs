@@ -72,7 +72,7 @@ pub fn add(
 /// Removes the chains from a circuit that was read back.
 ///
 /// # Errors
-/// A chain that does not only delay its pin: its flip-flops have other functions, or something reads the chain before its end.
+/// If a chain does more than delay its pin: its flip-flops have other functions, or something reads the chain before its end.
 pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic>> {
     let findings: Vec<Diagnostic> = chains
         .iter()

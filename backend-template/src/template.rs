@@ -41,7 +41,7 @@ pub struct Template<'a> {
 /// it reports that it does not support a chart. Unknown names are errors, not empty.
 ///
 /// # Errors
-/// An error in the template, with its location (G0611); the template refuses the chart (G0612); or it exceeds its limits (G0613).
+/// If the template has an error, which is reported with its location (G0611), if it refuses the chart (G0612), or if it exceeds its limits (G0613).
 pub fn render(
     json: &serde_json::Value,
     template: &Template<'_>,

@@ -1,4 +1,4 @@
-//! Texts that would take a reader down if nesting and expansion were not bounded, within a small stack and in a time that is proportional to them.
+//! Texts that would crash a reader if nesting and expansion were not bounded. They must be read with a small stack, and in a time proportional to their size.
 
 use crate::{code, good, read};
 use grafsynth_c::{Config, print};

@@ -157,8 +157,8 @@ pub(crate) fn recipes() -> impl Strategy<Value = Vec<Recipe>> {
     prop::collection::vec(one, 1..6)
 }
 
-/// The unit with a function that the recipes describe. What has no type is replaced by one of its parts; if the order of evaluation matters, all inner
-/// side effects are.
+/// The unit with a function that the recipes describe. An expression without a type is replaced by one of its parts; if the order of evaluation matters, so are
+/// all inner side effects.
 pub(crate) fn build(recipes: &[Recipe], config: &Config) -> Unit {
     let unit = built(recipes, config, true);
     if order::check(&unit).is_empty() { unit } else { built(recipes, config, false) }

@@ -11,12 +11,12 @@ use std::process::{Command, Stdio};
 
 /// The situations, in the order of the table.
 const SITUATIONS: [&str; 12] = [
-    "all is well",
+    "success",
     "the input is wrong",
-    "it cannot be done as asked",
+    "the request is impossible",
     "an option is wrong",
     "a file cannot be read",
-    "what is made cannot be written",
+    "the output cannot be written",
     "refuted, or different",
     "open",
     "open, `--allow tested`",

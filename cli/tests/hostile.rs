@@ -186,7 +186,7 @@ fn collect(folder: &Path, all: &mut BTreeMap<String, Vec<Vec<u8>>>) {
     }
 }
 
-/// Valid files of each kind. Kinds without files are made by the program itself.
+/// Valid files of each kind. If a kind has no files, the program itself makes some.
 fn seeds(root: &Path, work: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for folder in ["tests/cases", "tests/scxml", "tests/c", "examples", "cli/templates"] {

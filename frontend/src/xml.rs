@@ -39,7 +39,7 @@ const PREFIXES: [(&str, &str); 3] = [
 /// Parses XML. The tree borrows from `text`; its ranges are byte ranges in it.
 ///
 /// # Errors
-/// The first error, with its location; parsing stops there.
+/// Returns the first error, with its location; parsing stops there.
 pub(crate) fn parse<'t>(
     file: FileId,
     text: &'t str,

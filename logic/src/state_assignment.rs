@@ -281,7 +281,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     }
     let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     for (plan, data) in plans.iter().enumerate() {
-        // A bit may have any value when all steps of the group may.
+        // A bit may have any value if all steps of the group may have any value.
         let free = common(&mut builder, logic, &data.members, &images);
         open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
         for bit in 0..data.n_bits {
@@ -533,7 +533,7 @@ pub struct Codes {
 /// codes, as decision diagrams.
 ///
 /// # Errors
-/// A sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
+/// Returns a sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
 pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
     let mut bdd = Bdd::with_limit(1 << 22);
     let mut functions = Functions::new();

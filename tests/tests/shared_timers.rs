@@ -1,6 +1,6 @@
 //! Steps that exclude each other share a timer: random timed charts run as programs, circuits and C with shared timers, and behave like the simulator.
 //!
-//! The charts have what such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps with
+//! The charts contain the cases that such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps with
 //! different thresholds, also in the order in which a small one follows a large one; transitions, outputs and lists that read the time of an inactive step;
 //! stable evolution, forcing and enclosing steps.
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]

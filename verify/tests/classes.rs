@@ -1,5 +1,5 @@
-//! The number of rows that an exploration tries depends on what their answers are, not on the number of inputs; and what no exploration answers is answered by
-//! other methods or stays open.
+//! The number of rows that an exploration tries depends on how many different reactions they cause, not on the number of inputs. Questions that no exploration
+//! answers are answered by other methods, or stay open.
 
 use grafsynth_frontend::graf;
 use grafsynth_ir::facts::Proof;

@@ -129,7 +129,7 @@ pub struct TaskBound {
 /// The bound of a package.
 ///
 /// # Errors
-/// Text that the analysis does not know. If an engine interprets the chart, the text does not determine the time; for a program,
+/// If the text contains something that the analysis does not know, or if an engine interprets the chart: then the text does not determine the time. For a program,
 /// [`Package::instructions`] reports how many of its instructions run.
 pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstood> {
     if !package.image.is_empty() || package.style == "btrans" {

@@ -72,7 +72,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
 /// Emits the net in this style.
 ///
 /// # Errors
-/// The net uses something that the engine does not support.
+/// If the net uses something that the engine does not support.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<StyleOutput, Refusal> {
     if options.trace.is_some() {
         return refuse("a trace ring", net.name.span);

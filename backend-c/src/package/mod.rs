@@ -62,7 +62,7 @@ impl Ecosystem {
 /// The files of a chart in C laid out for an ecosystem, all in one folder `STEM-ECOSYSTEM`; their names have that folder in front, with `/`.
 ///
 /// # Errors
-/// The chart's header or library functions would hide names of C or of Arduino (G0610).
+/// If the chart's header or library functions would hide names of C or of Arduino (G0610).
 pub fn files(
     net: &Net,
     package: &Package,

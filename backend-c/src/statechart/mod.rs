@@ -47,7 +47,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The net in this style.
 ///
 /// # Errors
-/// The style does not support something in the net, or the net has no reaction program.
+/// If the style does not support something in the net, or the net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,

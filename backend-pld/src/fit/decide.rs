@@ -31,8 +31,8 @@ impl Equations {
     /// Makes all decisions.
     ///
     /// # Errors
-    /// Sums over budget, power-up values that the device cannot provide, pins that do not exist, and, if the language needs pin numbers, a design that
-    /// does not fit.
+    /// Returns findings about sums over budget, power-up values that the device cannot provide, pins that do not exist, and, if the language needs pin numbers,
+    /// a design that does not fit.
     pub fn new(
         logic: &Logic,
         dialect: Dialect,

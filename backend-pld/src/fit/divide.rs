@@ -136,7 +136,7 @@ fn union(a: &[(SignalIndex, bool)], b: &[(SignalIndex, bool)]) -> Product {
     all
 }
 
-/// The kernels of a sum that save the most. A kernel is what remains of the products that contain the common literals of two products, without these literals.
+/// The kernels of a sum that save the most. For two products, the kernel is the sum of all products that contain their common literals, without these literals.
 fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
     if sum.len() > MOST_PRODUCTS {
         return Vec::new();

@@ -26,8 +26,8 @@ pub struct Role {
 /// device.
 ///
 /// # Errors
-/// A circuit without a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have a role,
-/// combinational loops.
+/// If the placement is not a circuit with a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have
+/// a role, combinational loops.
 pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnostic>> {
     let own;
     let roles = if roles.is_empty() {

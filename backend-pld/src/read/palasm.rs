@@ -213,7 +213,7 @@ impl<'a> Parser<'a, '_> {
                 }
                 _ => {
                     let message = format!("expected a declaration, found {}", token.shown());
-                    let help = "before the line `EQUATIONS` there are `CHIP NAME DEVICE`, `PIN NUMBER NAME`, `NODE` and `STRING`; a remark begins with `;`";
+                    let help = "the lines before `EQUATIONS` are `CHIP NAME DEVICE`, `PIN NUMBER NAME`, `NODE` or `STRING`; a remark begins with `;`";
                     self.draft.error_with(codes::SYNTAX, span, message, help);
                     self.lexer.advance();
                     self.lexer.skip_line();

@@ -102,7 +102,7 @@ impl Field {
     /// A field of these signals, as listed.
     ///
     /// # Errors
-    /// Why the bits have no numbers.
+    /// Returns why the bits have no numbers.
     pub(crate) fn new(draft: &PldAst, listed: &[SignalId]) -> Result<Self, &'static str> {
         let mut signals = listed.to_vec();
         let numbering = match numbering(draft, listed) {

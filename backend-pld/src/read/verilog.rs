@@ -360,7 +360,7 @@ impl<'a> Parser<'a, '_> {
         self.expect("=")?;
         let value = self.expression()?;
         let span = self.lexer.span_from(span.start as usize);
-        // Several bits of a vector are no second definition of one signal.
+        // Several bits of a vector are not a second definition of one signal.
         if !is_bit || self.draft.signals[id as usize].definition.is_none() {
             self.define(id, value, false, span);
         }

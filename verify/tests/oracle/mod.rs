@@ -1,5 +1,5 @@
 //! Compares the verifier on small random charts with a brute-force search that shares no code with it or with the simulator, but is written from
-//! docs/semantics.md. Compared are every verdict, the number of situations, what never happens, each pair in conflict, each dead end, for all `dt`.
+//! docs/semantics.md. It compares every verdict, the number of situations, what never happens, each pair in conflict and each dead end, for all `dt`.
 //!
 //! `chart` makes charts, `run` executes one reaction, and `search` tries every reaction from every state with every `dt` up to one above the largest
 //! number of ticks in the chart.
@@ -69,7 +69,7 @@ struct Score {
     faults: Vec<String>,
 }
 
-/// The longest time: charts that take long to search one by one are left to the deep runs.
+/// The longest times in the charts; charts that take too long to search are left to the deep runs.
 fn longest() -> i64 {
     if rounds(0, 1) == 0 { 600 } else { 5_000 }
 }

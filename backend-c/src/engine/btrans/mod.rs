@@ -56,7 +56,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Tabled<T> {
 /// Emits the net in this layout.
 ///
 /// # Errors
-/// The net uses something that these tables have no columns for.
+/// If the net uses something that these tables have no columns for.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<StyleOutput> {
     let span = net.name.span;
     if !net.settings.policy.is_statechart() {
