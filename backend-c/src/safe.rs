@@ -16,8 +16,8 @@
 //! | else | this byte is corrupt, or `init` was not called yet: memory that was never written does not run |
 //!
 //! The check costs only its comparisons. Members whose maximum value is a power of two minus one are combined by `|` and compared at once: a bit above
-//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes what it wrote there
-//! itself; this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third
+//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes that the instance still has
+//! the values that were written; this also prevents a compiler from restructuring the reaction around its knowledge of the state (the text of one chart was a third
 //! larger on an AVR).
 
 use crate::Object;

@@ -242,7 +242,7 @@ pub enum Effect {
     Writes,
 }
 
-/// What a call of a function does.
+/// The effects of a call of a function.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
     /// The effect of the call, apart from writes through the parameters in `written`.
@@ -337,7 +337,7 @@ fn own_effects(
             summary.effect = summary.effect.max(Effect::Reads);
         }
     }
-    // A parameter that always points to what the caller passed.
+    // A parameter that always has the value that the caller passed.
     let fixed = |id: &SymbolId| {
         let uses = &index.uses[*id];
         uses.writes.is_empty() && uses.addresses.is_empty()

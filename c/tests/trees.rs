@@ -12,7 +12,7 @@ use grafsynth_c::{Config, order};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// What the random function can use.
+/// The declarations that the random function can use.
 const PRELUDE: &str = "#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n\
     enum colour { RED, GREEN = 5, BLUE = -3 };\n\
     typedef struct { bool on : 1; bool off : 1; int8_t small; uint16_t wide; int32_t many[4]; } inner_t;\n\

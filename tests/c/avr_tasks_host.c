@@ -1,6 +1,6 @@
 /* Drives avr_tasks.c. After the line of counts it prints a line for each task: how often it ran, its longest run without interrupts, its longest run with
  * interrupts and their number, and the maximum number of interrupts in a run. Then a line for the interrupts: the maximum time from a pin's edge to its handler, the
- * longest handler, and the maximum time that one takes from a task. Then a line for the step: the number of reactions with tasks, and the longest time of their tasks alone. */
+ * longest handler, and the maximum time that one takes from a task. Then a line for the step: the reactions with tasks, and the longest time of their tasks alone. */
 #include "avr_host.h"
 
 #define TASKS 8U

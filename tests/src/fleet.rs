@@ -131,7 +131,7 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
         return Features { waits_for_inputs: true, max_steps, ..mixed };
     }
     if style == Style::Engine && seed % 3 == 2 {
-        // What the table engine supports without a program.
+        // The features that the table engine supports without a program.
         let tables = [Features::tabular(), Features::tabular_statecharts()];
         let tables = tables[(seed / 3 % 2) as usize].clone();
         return Features { several_parts: true, max_steps, ..tables };

@@ -25,7 +25,7 @@ pub(crate) enum Piece<'p> {
 pub(crate) struct Case<'p> {
     /// The steps that the case is for, each with its label.
     pub(crate) steps: Vec<(StepId, String)>,
-    /// What runs.
+    /// The pieces that run in this case.
     pub(crate) body: Vec<Piece<'p>>,
 }
 

@@ -10,7 +10,7 @@ use grafsynth_ir::net::StepId;
 /// A piece of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Node {
-    /// What is printed.
+    /// The kind of the piece, with its contents.
     pub(crate) kind: Kind,
     /// A comment at the end of the (first) line; empty if there is none.
     pub(crate) note: String,

@@ -28,7 +28,7 @@ pub(super) struct Word {
     is_composite: bool,
 }
 
-/// What is known about the bits of a number beyond its signed spelling.
+/// Known facts about the bits of a number, in addition to its signed spelling.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Bits {
     /// The number is a word.
@@ -175,7 +175,7 @@ impl CExpr {
         self.as_word().unwrap_or_else(|| self.low_bits(unsigned_bits(self.hi)))
     }
 
-    /// The number within `lo..hi` that this word contains, or whose low bits it contains.
+    /// The number within `lo..hi` with this word as its exact value, or as its low bits.
     fn of_word(word: Word, (lo, hi): (i64, i64)) -> CExpr {
         let class = Class::of(lo, hi);
         if lo < 0 {

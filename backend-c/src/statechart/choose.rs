@@ -171,7 +171,7 @@ impl Emit<'_> {
         self.define(&wanted, self.number_type(region), true, &[], body)
     }
 
-    /// A table of the single transition that each of some states offers on an event, indexed by the active state; `None` if there are few such states.
+    /// A table of the single transition that each of these states offers on an event, indexed by the active state; `None` if there are few such states.
     fn table_of_firsts(
         &mut self,
         region: usize,
@@ -208,7 +208,7 @@ impl Emit<'_> {
         vec![Node::when(&guard.not().text, vec![Node::line("return 0;")])]
     }
 
-    /// The first fireable one of some transitions, and whether one of them is always fireable.
+    /// The number of the first fireable transition of a list, and whether one of them is always fireable.
     fn first_of(&mut self, ids: &[TransitionId]) -> (Vec<Node>, bool) {
         let names: Vec<(TransitionId, String)> =
             ids.iter().map(|id| (*id, self.fires[*id].clone())).collect();

@@ -255,7 +255,7 @@ pub(super) struct Emit<'a> {
     paths: BTreeMap<usize, text::Function>,
     /// Functions for long entry lists.
     entry_lists: BTreeMap<StepId, text::Function>,
-    /// Functions that enter what a history has recorded.
+    /// Functions that enter the states that a history has recorded.
     restores: BTreeMap<HistoryId, text::Function>,
     /// Constant tables by type and contents.
     tables: BTreeMap<(&'static str, Vec<usize>), tables::Table>,

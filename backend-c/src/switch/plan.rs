@@ -300,7 +300,7 @@ fn output_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     net.outputs.values().flat_map(|output| output.driver.exprs())
 }
 
-/// The expressions of what runs after the evolution, besides outputs: controlled actions and free timers.
+/// The expressions that are evaluated after the evolution, except those of outputs: controlled actions and free timers.
 fn frame_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     (net.timers.values().map(|timer| &timer.condition)).chain(net.actions.values().flat_map(
         |action| {
@@ -385,7 +385,7 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
             return refuse("lists in a branch that is entered from outside", span);
         }
     }
-    // A list or receptivity may read only what its own variable's lists write.
+    // Of the variables that lists write, a list or receptivity may read only those that the lists of its own state variable write.
     let foreign = |expr: &Expr, machine: usize| {
         expr.leaves().any(|leaf| {
             matches!(leaf, Leaf::Var(var) if writer[*var].is_some_and(|owner| owner != machine))

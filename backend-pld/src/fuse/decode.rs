@@ -46,7 +46,7 @@ pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     if found.is_empty() { Ok(placement) } else { Err(found) }
 }
 
-/// What to do with fuses that make no sense for a device.
+/// The help text for fuses that make no sense for a device.
 const OTHER_DEVICE: &str =
     "check that the file is for this device and was not changed: get it from its source again";
 

@@ -10,7 +10,7 @@ use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_logic::build::Builder;
 
-/// What a pin represents.
+/// The object that a pin represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Role {
     /// The pin.

@@ -86,7 +86,7 @@ fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode
     }
 }
 
-/// What a mode cannot hold of a design; sums are not counted.
+/// The parts of a design that a mode cannot hold; sums are not counted.
 fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnostic> {
     let device = placement.device;
     let in_mode = |text: String| {

@@ -67,7 +67,7 @@ pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     }
 }
 
-/// What to do with a design of several modules, with vectors or with other features of Verilog.
+/// The help text for a design of several modules, with vectors or with other features of Verilog.
 const FLATTEN: &str = "flatten the design first, in yosys: `synth -auto-top -flatten; opt_clean -purge; write_blif FILE.blif`, and read that file";
 
 /// The assignments of a clocked block: the value and its location.

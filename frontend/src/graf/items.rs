@@ -708,7 +708,7 @@ impl Modifiers {
     }
 }
 
-/// What all declarations after one keyword have in common.
+/// The common part of all declarations after one keyword.
 #[derive(Debug, Clone, Copy)]
 struct DeclarationList<'k> {
     keyword: &'k str,

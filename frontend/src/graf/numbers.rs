@@ -7,7 +7,7 @@
 use super::lexer::Lexer;
 use super::token::{INFIX, Kind, SINK, Token};
 
-/// What the parser must know about a source in advance: the names that it declares as integers, and its outputs.
+/// The data about a source that the parser needs in advance: the names that the source declares as integers, and its outputs.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Numbers<'a> {
     /// The names of integer inputs, outputs, variables, extern conditions and constants, of timers, and of counted steps, sorted.

@@ -12,7 +12,7 @@ use super::refuse;
 use crate::codes;
 use crate::xml::Mapped;
 
-/// What to do about a number that does not fit.
+/// The help text for a number that does not fit.
 const TOO_LARGE: &str = "write a number from -2147483648 to 2147483647";
 
 /// The data model of a document, which decides the expression syntax.

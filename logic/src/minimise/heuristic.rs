@@ -435,7 +435,7 @@ impl<'a> Loop<'a> {
             }
             match literals {
                 Some(literals) => kept[..words].copy_from_slice(&literals),
-                // The others cover all of it.
+                // The other products cover all of this product.
                 None if alone => continue,
                 None => {
                     is_empty[index] = true;
@@ -547,7 +547,7 @@ impl<'a> Loop<'a> {
                 if let Some(region) = gap {
                     let mut point = shape.empty();
                     point[..shape.literal_words()].copy_from_slice(&region);
-                    // An input that is still open may have either value; a point has one.
+                    // An undecided input may have either value, but a point needs one value.
                     for input in 0..shape.inputs() {
                         if shape.literal(&point, input).is_none() {
                             shape.set_literal(&mut point, input, Some(false));

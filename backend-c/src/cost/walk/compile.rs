@@ -107,7 +107,7 @@ impl Walker<'_> {
         first
     }
 
-    /// The executable form of a statement that was walked; if something is lost, it becomes [`What::Lost`].
+    /// The executable form of a statement that was walked; if path exploration cannot follow a part of it, the result is [`What::Lost`].
     pub(super) fn op(&mut self, line: u32, make: impl FnOnce(&mut Self) -> What) -> Op {
         self.lost = None;
         let text = self.text;

@@ -25,7 +25,7 @@ impl Live {
             spans.declare(name, ty);
         }
         spans.list(&function.body);
-        // What begins and what ends at each position.
+        // The bytes whose lifetimes begin and end at each position.
         let mut changes = vec![(0_u64, 0_u64); spans.at + 2];
         for span in &spans.all {
             changes[span.first].0 += span.bytes;

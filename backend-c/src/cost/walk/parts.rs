@@ -225,7 +225,7 @@ struct Program<'a> {
 }
 
 impl Program<'_> {
-    /// What each function needs with its parts. A function that becomes too large keeps its parts as separate functions. `kept` are the structures in
+    /// The need of each function, including its parts. A function that becomes too large keeps its parts as separate functions. `kept` are the structures in
     /// registers.
     fn whole(&self, is_part: &mut [bool], kept: &[BTreeSet<Rc<str>>]) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::with_capacity(self.functions.len());
@@ -267,7 +267,7 @@ impl Program<'_> {
     }
 }
 
-/// What a part needs in addition to its caller: a pointer that is passed on unchanged is already in a register.
+/// The additional need of a part within its caller: a pointer that is passed on unchanged is already in a register.
 fn without_handed_on(need: &Need, part: &Function, caller: &Frame, machine: &Machine) -> Need {
     let arguments = caller.arguments.get(&part.name).map(Vec::as_slice).unwrap_or_default();
     let handed_on = (part.parameters.iter().zip(arguments))

@@ -405,7 +405,7 @@ impl Bank {
     }
 }
 
-/// What the trace records for a row.
+/// The statement that records the transition of a row in the trace, if there is a trace.
 fn traced(emit: &Emit<'_>) -> Vec<Node> {
     let call = format!("{}_fired(self, row->fired);", emit.names.prefix);
     emit.options.trace.map(|_| Node::line(call)).into_iter().collect()

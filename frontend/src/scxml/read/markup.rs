@@ -11,7 +11,7 @@ use crate::scxml::expr::{self, Ast, AstKind};
 use crate::scxml::{GRAFSYNTH, SCXML, refuse};
 use crate::xml::{self, Mapped};
 
-/// What to do about elements and attributes that are only read by other tools.
+/// The help text for elements and attributes that only other tools read.
 const FOREIGN: &str =
     "keep them for the tool that reads them, or delete them: the chart is the same";
 

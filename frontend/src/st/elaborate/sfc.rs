@@ -45,7 +45,7 @@ struct Build {
     assigned: BTreeMap<Symbol, Span>,
 }
 
-/// What can be an action of a step.
+/// The help text about the possible actions of a step.
 const OTHER_ACTION: &str =
     "write the name of a BOOL variable, or of an `ACTION name: .. END_ACTION` that assigns it";
 
