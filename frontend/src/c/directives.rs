@@ -132,9 +132,9 @@ impl Parser<'_> {
                         .at(line.span, "never reached")
                         .at(first, "the conditional")
                         .help(if word == "else" {
-                            "remove one of the two `#else`"
+                            "remove one of the two `#else` lines"
                         } else {
-                            "move it with its lines before the `#else`"
+                            "move it, with its lines, before the `#else`"
                         })
                     });
                     return;

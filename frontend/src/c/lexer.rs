@@ -376,7 +376,7 @@ impl Lexer<'_, '_> {
                 self.refuse(
                     span,
                     || "unterminated string".to_owned(),
-                    "no closing quote in this line",
+                    "no closing quote on this line",
                     "write `\"` at its end",
                 );
                 return Kind::Text;

@@ -112,7 +112,7 @@ impl<'s> Flow<'_, 's> {
                 self.findings.report(|| {
                     Diagnostic::error(
                         codes::C_TYPE,
-                        "two calls of one function in an expression that is left to the library",
+                        "two calls of one function in an expression that is kept as C",
                     )
                     .at(span, "second call")
                     .help("split the expression into two statements")

@@ -732,7 +732,7 @@ impl<'s> Resolver<'s, '_> {
             }
             let help = if is_arduino {
                 format!(
-                    "give the values with {}; the calls of Arduino.h, such as `digitalRead`, are then left to the C library, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
+                    "give the values with {}; the calls of Arduino.h, such as `digitalRead`, then stay C code, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
                     values.join(" ")
                 )
             } else {

@@ -381,7 +381,7 @@ impl<'a> Parser<'a> {
                                 codes::AMBIGUOUS,
                                 "`not` before operands joined by signs is ambiguous",
                             )
-                            .at(span, "all of this, or only its first part?")
+                            .at(span, "negates all of this, or only its first part?")
                             .help("put this in parentheses, or negate the first part with `/`")
                         });
                     }
