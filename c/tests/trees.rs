@@ -1,4 +1,4 @@
-//! Random trees: a recipe without types, which shrinks, and the tree that the constructors make of it.
+//! Random trees: an untyped recipe, which can be shrunk, and the tree that the constructors make from it.
 
 use crate::good;
 use grafsynth_c::tree::types::{FunctionType, IntKind, Qualified, Qualifiers, Type};

@@ -195,7 +195,7 @@ fn image(
 
 // --- text --------------------------------------------------------------------------------------------------------------------------------------
 
-/// Locals of the emitted functions; the user's library may have functions with these names.
+/// Locals of the emitted functions; functions of the user's library may have the same names.
 struct Locals {
     run: String,
     inputs: String,

@@ -55,7 +55,7 @@ pub(crate) fn within(
     }
 }
 
-/// One function if the bit is 0 and another if it is 1; either of them, if the bit is not tested.
+/// One function if the bit is 0 and another if it is 1; if the bit is not tested, the OR of both.
 fn branch(draft: &mut PldAst, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
     let Some(bit) = bit else { return or(draft, zero, one) };
     if zero == one {

@@ -12,8 +12,8 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, Type as NetType};
 
-/// The maximum depth of an expression. A variable splits a deeper expression: the chart language allows 256 levels, and lowering adds
-/// some.
+/// The maximum depth of an expression. Deeper ones are split, and their parts are stored in variables: the chart language allows 256 levels, and lowering adds
+/// more.
 const DEEPEST: usize = 48;
 
 impl Flow<'_, '_> {

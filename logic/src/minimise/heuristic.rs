@@ -454,7 +454,7 @@ impl<'a> Loop<'a> {
         (shrunk, is_same)
     }
 
-    /// New primes over pairs of products that were each shrunk alone, and the best choice with them.
+    /// New primes that contain pairs of separately shrunk products, and the best choice that includes them.
     fn last_gasp(&mut self, terms: &Terms) -> Terms {
         let shape = self.shape;
         let (mut shrunk, is_same) = self.reduce(terms.clone(), true, true);

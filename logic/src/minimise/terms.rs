@@ -393,7 +393,7 @@ impl Terms {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Spent;
 
-/// The recursion: products of one output within one region.
+/// The state of the recursion over the products of one output within one region.
 pub(super) struct Recursion<'a> {
     terms: &'a Terms,
     /// Steps left.
