@@ -134,7 +134,7 @@ impl io::Write for Bounded {
     }
 }
 
-/// Adds the name that was probably meant to a finding about an unknown name.
+/// Adds the name that was probably intended to a finding about an unknown name.
 fn with_near_name(
     finding: Diagnostic,
     json: &serde_json::Value,

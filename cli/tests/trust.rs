@@ -54,7 +54,7 @@ fn grafsynth(folder: &Path, arguments: &[&str]) -> Output {
         .expect("grafsynth starts")
 }
 
-/// The files left behind by the texts; they are then removed.
+/// Returns the files that the texts left behind, and removes them.
 fn marks(folder: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {

@@ -449,8 +449,8 @@ fn the_form_follows_the_proof_and_the_size() {
     );
 }
 
-/// A chart with an emergency has one clock per reaction, whatever is requested, and reports the reason: in the form, in a warning, and if that one
-/// clock is too large.
+/// A chart with an emergency has one clock per reaction, even if several are requested. The reason is reported in the form, in a warning, and in the error if
+/// the circuit with one clock is too large.
 #[test]
 fn an_emergency_leaves_one_clock() {
     let net =

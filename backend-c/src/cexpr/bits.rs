@@ -108,7 +108,7 @@ impl Word {
         Word { text, n_bits, is_composite: false }
     }
 
-    /// Two operands, the narrower of which is widened if it is composite.
+    /// Two operands; the narrower one is widened if it is composite.
     fn paired(a: Word, b: Word) -> (Word, Word) {
         let n_bits = a.n_bits.max(b.n_bits);
         let wide = |word: Word| if word.is_composite { word.resized(n_bits) } else { word };

@@ -203,7 +203,7 @@ impl Emit<'_> {
         Some((length, Node::line(format!("{call};")).about(Object::Step(last))))
     }
 
-    /// The function that enters an atomic state of a region and its ancestors, as far as they are deeper than a given depth.
+    /// The function that enters an atomic state of a region and those of its ancestors that are deeper than a given depth.
     fn define_path(&mut self, region: usize) -> Function {
         let data = &self.plan.regions[region];
         let mut by_depth: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
