@@ -111,7 +111,9 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
     vec![
         Node::function(format!("static void {prefix}_reaction({parameters})"), reaction),
         Node::blank(),
-        Node::comment("Runs a reaction with the inputs of the last one, and records whether it changes anything."),
+        Node::comment(
+            "Runs a reaction with the inputs of the last one, and records whether it changes anything.",
+        ),
         Node::function(
             format!("static void {prefix}_probe({parameters})"),
             vec![
