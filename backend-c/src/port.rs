@@ -12,7 +12,7 @@ impl Layout<'_> {
     pub(crate) fn port(&self) -> File {
         let upper = &self.names.upper;
         let mut nodes = vec![
-            self.banner("what differs between machines. Define a macro before this file is read, or with -D, to change it."),
+            self.banner("the machine-dependent parts. To change a macro, define it before this file is read, or with -D."),
             Node::directive(format!("#ifndef {upper}_PORT_H")),
             Node::directive(format!("#define {upper}_PORT_H")),
             Node::blank(),

@@ -171,7 +171,7 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     if innermost.kind() == ErrorKind::OutOfFuel {
         let message = format!("the template takes more than {FUEL} instructions");
         return Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
-            .at(span, "it was here")
+            .at(span, "the limit was reached here")
             .help("end the loop earlier, or loop over a list of the chart");
     }
     let kind = innermost.kind().to_string();

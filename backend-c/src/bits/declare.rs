@@ -84,7 +84,7 @@ impl Emit<'_> {
         if fault {
             members.push(Member {
                 declaration: "bool fault : 1".to_string(),
-                note: "the last reaction did not settle, or a queue was full".to_string(),
+                note: "the last reaction did not become stable, or a queue was full".to_string(),
                 objects: Vec::new(),
             });
         }

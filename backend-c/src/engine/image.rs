@@ -54,7 +54,7 @@ const TITLES: [&str; 14] = [
     "lists: first, number",
     "items of lists: a state; 0x4000 and more the initial content of one; 0x8000 and more a history",
     "histories: owner, first case, number of cases, default, its content",
-    "cases: state, what is entered",
+    "cases: state, entered states",
     "variables: initial value, least, most",
     "timers: state, cap",
     "edges: operand",

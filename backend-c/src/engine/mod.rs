@@ -574,7 +574,7 @@ fn emit(
         member(&format!("int32_t values[{upper}_VALUES]"), "variables, timers"),
     ];
     if has_fault {
-        instance.push(member("bool fault", "the last reaction did not come to rest"));
+        instance.push(member("bool fault", "the last reaction did not become stable"));
     }
     let has_out = room.outputs > 0;
     let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };

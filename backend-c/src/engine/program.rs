@@ -244,7 +244,7 @@ fn emit(
     if room.sets_fault {
         instance.push(member(
             "bool fault",
-            "the last reaction did not come to rest, or a queue was full",
+            "the last reaction did not become stable, or a queue was full",
         ));
     }
     let has_out = !places.outputs.is_empty();

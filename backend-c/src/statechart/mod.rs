@@ -446,7 +446,7 @@ impl Emit<'_> {
             for (region, name) in kept {
                 let count = self.plan.regions.get(*region).map_or(1, |it| it.terminals.len());
                 let note = format!(
-                    "history {} of {}: what was active at its last exit",
+                    "history {} of {}: the states that were active at its last exit",
                     history.name, self.net.steps[history.owner].name
                 );
                 add(count, name, note, vec![Object::Step(history.owner)]);

@@ -8,7 +8,7 @@ const BSDL: &str =
 
 const FIGURES: &[Figure] = &[
     Figure {
-        what: "pins, supplies, JTAG pins, macrocell behind each pin",
+        what: "pins, supplies, JTAG pins, macrocell of each pin",
         source: Source::Read(BSDL),
     },
     Figure {

@@ -73,7 +73,7 @@ impl Emit<'_> {
         if fault {
             members.push(member(
                 "bool fault".to_string(),
-                "the last reaction did not settle".to_string(),
+                "the last reaction did not become stable".to_string(),
                 Vec::new(),
             ));
         }

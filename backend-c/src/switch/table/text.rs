@@ -159,7 +159,7 @@ impl Bank {
         if !single {
             let mut body = vec![
                 Node::line(format!("{first} first;"))
-                    .note("its first row; the next step's first row ends them"),
+                    .note("its first row; its rows end before the first row of the next step"),
             ];
             body.extend(lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("its outputs")));
             nodes.push(

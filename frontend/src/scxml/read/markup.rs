@@ -13,7 +13,7 @@ use crate::xml::{self, Mapped};
 
 /// The help text for elements and attributes that only other tools read.
 const FOREIGN: &str =
-    "keep them for the tool that reads them, or delete them: the chart is the same";
+    "keep them for the tool that reads them, or delete them: the chart does not depend on them";
 
 impl<'t> Reader<'_, 't> {
     pub(super) fn report(&mut self, finding: impl Into<Box<Diagnostic>>) {
