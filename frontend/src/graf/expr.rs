@@ -381,7 +381,10 @@ impl<'a> Parser<'a> {
                                 codes::AMBIGUOUS,
                                 "`not` before operands joined by signs is ambiguous",
                             )
-                            .at(span, "unclear whether all of this is negated, or only its first part")
+                            .at(
+                                span,
+                                "unclear whether all of this is negated, or only its first part",
+                            )
                             .help("put this in parentheses, or negate the first part with `/`")
                         });
                     }
