@@ -7,7 +7,7 @@
 //! With [`Options::safe_state`] a reaction first checks whether the instance is valid: each state variable, timer, number and Boolean is within the
 //! values that a reaction can leave in it, and if a component's steps are bits, at most one is active, or exactly one if that is proved. If the check
 //! fails, the outputs become safe, the hook `NAME_BAD_STATE` is called once, and the chart stops until the next `init`. Corruption that results in a
-//! possible state of the chart is not detected: the instance alone can show only ranges and covers.
+//! possible state of the chart is not detected: the instance alone can only be checked against ranges and components.
 //!
 //! | `intact` | meaning |
 //! |---|---|

@@ -17,7 +17,7 @@
 //! <!-- needs: TOOL TOOL -->        without these tools the block is skipped (a failure in CI)
 //! <!-- not run: REASON -->         nothing is run
 //! ```
-//! A page's blocks share one folder, in order: a copy of `examples`, or for the page of an example the folder of that example in it.
+//! The blocks of a page run in order, in one folder: a copy of `examples` or, for the page of an example, the folder of that example in the copy.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]

@@ -1,6 +1,6 @@
 //! C text as a tree, and the writer that prints it.
 //!
-//! The tree defines the layout; it does not depend on charts. All decisions (names, types, order, style) are made before, in
+//! The tree defines the layout; it does not depend on charts. All decisions (names, types, order, style) are made earlier, in
 //! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and records the origin of each line.
 
 use crate::Object;

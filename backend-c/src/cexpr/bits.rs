@@ -10,7 +10,7 @@
 //! n band bnot m    n & (uint8_t)~m
 //! x shr 2          (int)(uint8_t)((uint8_t)(int)((int)x + 8) >> 2U) - 2      x is in -8..7
 //! ```
-//! If an operand can be negative, it is cast to the unsigned type as wide as the class that contains both operands, which is defined in C as the low bits of its
+//! If an operand can be negative, it is cast to the unsigned type as wide as the class that contains both operands; C defines the result as the low bits of the
 //! two's complement. A negative result is converted back: C leaves that conversion to the implementation, and all compilers keep the bits.
 
 use super::arith::sign;

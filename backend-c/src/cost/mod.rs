@@ -7,7 +7,7 @@
 //! as its function, and callees come before their callers. Text that the analysis does not know is an internal error ([`NotUnderstood`]), never a
 //! cost of 0.
 //!
-//! The compiler may do better. Where it may do worse (too few registers, merged tails), the constants include that; tests on simulated machines check
+//! The compiler may do better. The constants include the cases in which it may do worse (too few registers, merged tails). Tests on simulated machines check
 //! that a measured reaction never exceeds its bound.
 
 mod avr;

@@ -1,8 +1,8 @@
 //! The style `engine`: the chart as tables that a small engine interprets, after the paper on statechart engines for CNC controllers.
 //!
 //! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of
-//! states and of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common
-//! ancestor, action, entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows,
+//! states and of transitions like the paper's `BSTATE` and `BTRANS`: it finds the transitions on an event whose origin is active, then runs the exits up to the
+//! common ancestor, the action, and the entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows,
 //! taken from the net; instead of a search over all transitions there is an index by event. The same rows represent Grafcet charts: a list of source
 //! steps and a list of target steps.
 //!

@@ -1,4 +1,4 @@
-//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code. It serves everything that the tables of states and
+//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code. It is used for everything that the tables of states and
 //! transitions have no columns for.
 //!
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a

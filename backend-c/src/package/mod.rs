@@ -6,7 +6,7 @@
 //!                                   arduino     library.properties, src/, examples/NAME/NAME.ino
 //!                                   platformio  library.json, include/, src/, examples/NAME/
 //! ```
-//! A package is text around the same C files: one file of this folder for each ecosystem. The chart's names in C come from the interface of the
+//! A package adds text around the same C files; each ecosystem has one file in this folder. The chart's names in C come from the interface of the
 //! [`Package`], so that examples fit every style and option. Files that the user is expected to change (`STEM_user.c`, the examples with their pins) are
 //! the user's: [`File::keep_existing`].
 

@@ -3,7 +3,7 @@
 //! # State variables
 //! Every proved sequential component becomes one state variable; a step in no component becomes a variable of its own with the values *none* and
 //! *active*. A micro-step handles the variables in order. A transition is decided at its *owner*: the first variable from which it takes a step.
-//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all are
+//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all variables are
 //! handled. So every receptivity is read before anything it depends on changes, without a second copy of the state. If that is impossible, the net is
 //! rejected with the reason, and the caller uses the style `bits`.
 

@@ -1,6 +1,6 @@
 //! Expressions of CUPL: of single signals, and of lists and fields of signals.
 //!
-//! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true if the bits equal that number,
+//! An operator between two lists works bit by bit; one between a list and a signal applies to every bit. `field:'h'3` is true if the bits equal that number,
 //! `field:[2..5]` if they are in that range; `field:&`, `field:#` and `field:$` combine all bits. Numbers without a base are hexadecimal; an `X`
 //! digit is any digit.
 //!

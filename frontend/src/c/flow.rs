@@ -1,8 +1,8 @@
 //! A function as a flow graph with one node per statement, as in NBS88, and conditions between the nodes.
 //!
 //! Every control statement of C becomes conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto`
-//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So all
-//! statements of a node always run, in order.
+//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So if a
+//! node runs, all of its statements run, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
 use super::number::Num;

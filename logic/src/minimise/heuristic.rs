@@ -4,7 +4,7 @@
 //! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
 //! ```
 //! Products are expanded against the forbidden products (the blocking matrix), towards primes that cover most others; if the forbidden part has too
-//! many products, against the diagram.
+//! many products, they are expanded against the diagram.
 
 use super::covering::solve;
 use super::expand::Growth;

@@ -2,7 +2,7 @@
 //! of the text.
 //!
 //! # How it is found
-//! - [`Way::Each`]: from the instance after `NAME_init`, runs each reaction with any inputs until no new instance appears: all paths that values
+//! - [`Way::Each`]: starts at the instance after `NAME_init`, and runs reactions with all inputs until no new instance appears: all paths that values
 //!   allow, one by one. Numbers that do not select a path are intervals, and an input is unknown until a condition reads it.
 //! - [`Way::Joined`]: if that is too much work, all instances are joined into one that records the possible values of each member. Within a reaction,
 //!   states are kept apart by the flags and counters of the loop over micro-steps (which event is taken, how many are pending) and joined otherwise;

@@ -1,4 +1,4 @@
-//! How many bytes of locals are live at the same time in a function: each from its declaration to its last use.
+//! The number of bytes of locals that are live at the same time in a function: each local is live from its declaration to its last use.
 //!
 //! A local that is declared before a loop and used in it is live to the end of the loop. Registers that a compiler needs besides those of the locals are not
 //! counted here.
