@@ -27,7 +27,7 @@ pub struct Chain {
 
 /// Inserts `stages` flip-flops after each input bit for which `wakes_as` returns a value; that value is their power-up value.
 ///
-/// They follow all other flip-flops, in the order of the pins. Without stages there are no chains, and nothing changes.
+/// The new flip-flops follow all others, in the order of the pins. Without stages there are no chains, and nothing changes.
 #[must_use]
 pub fn add(
     mut logic: Logic,

@@ -12,7 +12,7 @@ enum Part {
 
 /// True for the numbers from `low` to `high`, over these bits; the other bits are free. `low` is at most `high`.
 ///
-/// Built from the lowest bit up, with one condition for each case in which the lower bits still matter: the higher bits equal those of `low`, of
+/// It is built from the lowest bit up, with one condition for each case in which the lower bits still matter: the higher bits equal those of `low`, of
 /// `high`, or of both. The resulting sum has at most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
     draft: &mut PldAst,

@@ -59,7 +59,7 @@ pub(in crate::cost) struct Chart<'a> {
 }
 
 /// The maximum work of all searches of a chart together. The unit is one statement executed on one state; creating and joining states
-/// counts as work too. It takes at most about ten seconds in an unoptimised build.
+/// counts as work too. This much work takes at most about ten seconds in an unoptimised build.
 const WORK: u64 = 10_000_000;
 /// The maximum work of one search from instance to instance.
 const WORK_OF_EACH: u64 = 3_000_000;

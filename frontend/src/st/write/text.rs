@@ -147,7 +147,7 @@ fn bitwise(names: &dyn Names, a: &Expr, word: &str, b: &Expr) -> Result<(String,
 }
 
 /// A shift by a constant. SHL loses the bits beyond its type and SHR inserts zeros, so a shift is written as a product, or as the quotient of a number whose low
-/// bits are cleared: it is exact, and therefore rounds down.
+/// bits are cleared; that quotient is exact, so the shift rounds down.
 fn shift(
     names: &dyn Names,
     a: &Expr,
