@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The limit of the address space in kibibytes.
 const MEMORY: u64 = 2 << 20;
-/// The limit of CPU time in seconds. An unoptimised program gets more.
+/// The limit of CPU time in seconds. An unoptimised program gets more time.
 const TIME: u64 = if cfg!(debug_assertions) { 60 } else { 10 };
 /// The maximum size of a seed in bytes.
 const SEED: u64 = 64 << 10;

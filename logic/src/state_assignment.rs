@@ -384,8 +384,8 @@ fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// Encodes all steps together as one number, with a code for each reachable situation, if all reachable situations are known. For a chart with hierarchy this
-/// takes fewer bits than a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
+/// Encodes all steps together as one number, with a code for each reachable situation, if all reachable situations are known. For a chart with hierarchy, such a number
+/// has fewer bits than separate codes of the groups. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
 ///
 /// A bit's D function is the sum, over the situations whose code sets the bit, of "the steps change to exactly this situation".
 #[must_use]

@@ -215,7 +215,7 @@ fn circuits_with_shared_timers_are_proved_in_both_ways() {
     assert!(explicit * 2 > total && inductive * 10 >= total * 9);
 }
 
-/// A circuit whose register is changed in one place is refuted, or does the same.
+/// A circuit whose register is changed in one place is refuted, or it behaves like the original.
 #[test]
 fn a_changed_register_is_refuted() {
     let nets = sharing(rounds(8, 800));

@@ -589,7 +589,7 @@ impl Emit<'_> {
     }
 }
 
-/// The condition that the number of a transition fulfils a comparison while a flag is set.
+/// The condition that a comparison (of the number of a transition) is true and a flag is set.
 fn both(comparison: &str, flag: &str) -> CExpr {
     let comparison = CExpr::condition(comparison, Prec::Compare);
     CExpr::and([comparison, CExpr::condition(flag, Prec::Atom)])

@@ -25,7 +25,7 @@ const TABLE: usize = 4;
 /// The entry code of the transitions of a region.
 #[derive(Debug, Clone)]
 pub(super) struct Entries {
-    /// The case of each transition, in their order.
+    /// The cases of the transitions, in the order of the transitions.
     cases: Vec<Case>,
     /// The statements that assign the variable after the transitions whose case is empty.
     plain: Vec<Node>,

@@ -30,7 +30,7 @@ pub(crate) struct Obstacles {
     pub(crate) mode: &'static str,
     /// Inputs without a pin, by name.
     pub(crate) inputs: Vec<String>,
-    /// Functions without a macrocell: those that are wide enough are all in use, or the device has no flip-flops.
+    /// Functions without a macrocell: every macrocell that is wide enough is in use, or the device has no flip-flops.
     functions: Vec<String>,
     /// Combinational functions, if every macrocell is registered.
     combinational: Vec<String>,

@@ -116,7 +116,7 @@ fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     draft.report(finding);
 }
 
-/// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as
+/// The signal without a pin number whose name identifies it as the clock. If there are several, the first: our texts list the clock before the inputs, as
 /// `clk_2` if the circuit uses all usual names for other signals.
 fn clock_by_name(draft: &PldAst) -> Option<SignalId> {
     let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {

@@ -168,7 +168,7 @@ impl Writer<'_> {
         let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
             BTreeMap::new();
         for one in &action.uses {
-            // The uses of a further duration are written at the uses of its timer.
+            // A use with a further duration is written where its timer is used.
             let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
             let (of, one) = match timer {
                 Some(timer) => {

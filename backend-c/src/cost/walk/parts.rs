@@ -26,7 +26,7 @@ const LARGE_FRAME: u64 = 128;
 pub(super) struct Setting {
     /// True if it is part of its only caller.
     pub(super) is_part: bool,
-    /// Bytes of registers that it saves; a part saves nothing by itself.
+    /// The number of bytes of registers that it saves; a part saves none: its caller saves them.
     pub(super) saved: u64,
     /// True if locals are on the stack because there are too few registers.
     pub(super) is_spilled: bool,
