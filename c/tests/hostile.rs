@@ -3,7 +3,7 @@
 use crate::{code, good, read};
 use grafsynth_c::{Config, print};
 
-/// Runs in a thread with the stack of a test.
+/// Runs `work` in a thread whose stack is as large as that of a test.
 fn with_small_stack(work: impl FnOnce() + Send + 'static) {
     let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(work).expect("a thread");
     thread.join().expect("no panic");

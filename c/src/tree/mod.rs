@@ -391,7 +391,7 @@ pub struct Arm {
     pub condition: Expr,
     /// The body.
     pub body: Vec<Stmt>,
-    /// Additional information about the branch.
+    /// Additional information, which does not change the meaning of the branch.
     pub marks: Marks,
 }
 
@@ -402,7 +402,7 @@ pub struct Case {
     pub labels: Vec<Label>,
     /// The statements up to the next label.
     pub body: Vec<Stmt>,
-    /// Additional information about the case.
+    /// Additional information, which does not change the meaning of the case.
     pub marks: Marks,
 }
 
