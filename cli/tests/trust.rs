@@ -54,7 +54,7 @@ fn grafsynth(folder: &Path, arguments: &[&str]) -> Output {
         .expect("grafsynth starts")
 }
 
-/// Returns the files that the texts left behind, and removes them.
+/// The names of the marks (files `ran.NAME`) that code from the texts created; the files are then removed.
 fn marks(folder: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {

@@ -1,5 +1,5 @@
-//! The number of rows that an exploration tries depends on how many different reactions they cause, not on the number of inputs. Questions that no exploration
-//! answers are answered by other methods, or stay open.
+//! The number of rows that an exploration tries depends on the different answers, not on the number of inputs. Questions that no exploration decides are
+//! decided by other methods or stay open.
 
 use grafsynth_frontend::graf;
 use grafsynth_ir::facts::Proof;

@@ -1,7 +1,7 @@
 //! Devices as data.
 //!
 //! There is one file per family. Each device lists its figures with their sources ([`Figure`]): the document in which a figure was read, or a note that it
-//! is from memory. A fuse map is written only for devices whose map was read ([`Device::layout`]), and a fit that uses a figure from memory reports
+//! is from memory. A fuse map is written only for devices whose map has a source ([`Device::layout`]), and a fit that uses a figure from memory reports
 //! that.
 
 mod atf;

@@ -1,5 +1,6 @@
 //! Compares the verifier on small random charts with a brute-force search that shares no code with it or with the simulator, but is written from
-//! docs/semantics.md. It compares every verdict, the number of situations, what never happens, each pair in conflict and each dead end, for all `dt`.
+//! docs/semantics.md. The comparison covers every verdict, the number of situations, the steps and transitions that are never active or never fire, each pair
+//! in conflict, and each dead end, for all `dt`.
 //!
 //! `chart` makes charts, `run` executes one reaction, and `search` tries every reaction from every state with every `dt` up to one above the largest
 //! number of ticks in the chart.
