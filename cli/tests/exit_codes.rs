@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 
 /// The situations, in the order of the table.
 const SITUATIONS: [&str; 12] = [
-    "success",
+    "all is well",
     "the input is wrong",
     "the request is impossible",
     "an option is wrong",
