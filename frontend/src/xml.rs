@@ -663,7 +663,7 @@ pub(crate) fn attribute(value: &str) -> String {
 }
 
 /// Escapes text between tags.
-#[allow(dead_code, reason = "SCXML has no text between tags; formats that have use it")]
+#[allow(dead_code, reason = "SCXML has no text between tags; other formats use it")]
 pub(crate) fn text(value: &str) -> String {
     escaped(value, false)
 }

@@ -473,7 +473,7 @@ fn parameters(names: &Names, net: &Net, nodes: &[Node]) -> (String, String) {
 }
 
 /// The body of a reset or a reaction.
-#[expect(clippy::too_many_arguments, reason = "what one function of the text is made of")]
+#[expect(clippy::too_many_arguments, reason = "the parts of one function of the text")]
 fn reaction(
     net: &Net,
     names: &Names,
