@@ -118,8 +118,12 @@ impl std::fmt::Display for Refusal {
             Refusal::Wide { terms, limit } => {
                 write!(f, "the function has {terms} product terms, the macrocell {limit}")
             }
-            Refusal::NoFeedback(mode) => write!(f, "no output is read back in the {mode} mode of the device"),
-            Refusal::Deaf(Some(mode)) => write!(f, "it cannot be read in the {mode} mode of the device"),
+            Refusal::NoFeedback(mode) => {
+                write!(f, "no output is read back in the {mode} mode of the device")
+            }
+            Refusal::Deaf(Some(mode)) => {
+                write!(f, "it cannot be read in the {mode} mode of the device")
+            }
             Refusal::Deaf(None) => write!(f, "no term can read it"),
         }
     }
