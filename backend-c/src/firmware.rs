@@ -186,7 +186,7 @@ fn send(value: &str, ty: Type) -> Vec<Node> {
     }
 }
 
-/// The user's functions: conditions are answered from the stimulus, calls of actions are reported when they happen.
+/// The user's functions: conditions are answered from the stimulus, and calls of actions are reported when they happen.
 fn library(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {

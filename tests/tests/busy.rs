@@ -133,7 +133,7 @@ fn enumeration_proves_circuits_with_busy() {
         }
         let busy = logic.flops.iter().find(|(_, flop)| flop.name == "busy").map(|(id, _)| id);
         let Some(busy) = busy else { continue };
-        // One circuit never waits, the other one never ends.
+        // One circuit never waits, and the other one never ends.
         for node in [false, true] {
             let mut spoiled = logic.clone();
             let constant = spoiled.nodes.push(grafsynth_ir::logic::Node::Const(node));

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The evaluators of `ir`, as code names them. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
-/// them: the first gets a closure for leaves, the second is called on an expression.
+/// them: the first gets a closure for leaves, and the second is called on an expression.
 const SHARED: [&str; 10] = [
     "simplify::",
     "simplify(",

@@ -281,7 +281,7 @@ fn times_change_and_are_compared_with_clocks_value_by_value() {
         let values = column(&trace, name);
         (0..values.len()).filter(|row| values[*row] == 1).map(|row| row + 1).collect()
     };
-    // 100 ms are two scans of 50 ms, 300 ms are six.
+    // 100 ms are two scans of 50 ms, and 300 ms are six.
     assert_eq!(rows_with("busy"), [2, 3, 12, 13, 14, 15, 16, 17]);
     assert_eq!(rows_with("done"), Vec::<usize>::new(), "the step is left before its timer is seen");
     let shown = column(&trace, "shown");

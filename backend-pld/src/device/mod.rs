@@ -163,7 +163,7 @@ const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macr
     Macrocell { pin, registered_terms, combinational_terms, flip_flops, has_xor: false, block: 0 }
 }
 
-/// The supply pins of a dual in-line package: ground is the last pin of the first side, the supply voltage is the last pin of all.
+/// The supply pins of a dual in-line package: ground is the last pin of the first side, and the supply voltage is the last pin of all.
 const DIP_20: (&[u32], &[u32]) = (&[10], &[20]);
 const DIP_24: (&[u32], &[u32]) = (&[12], &[24]);
 

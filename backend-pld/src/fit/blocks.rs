@@ -62,7 +62,7 @@ impl Equations {
         Some(Misfit::new(self, vec![obstacles]))
     }
 
-    /// Assigns functions to blocks and visible signals to pins. `free` contains the pins without a request, `needs` the requirement of each
+    /// Assigns functions to blocks and visible signals to pins. `free` contains the pins without a request, and `needs` the requirement of each
     /// signal.
     fn assign_blocks(
         &mut self,

@@ -254,7 +254,7 @@ impl Equations {
     }
 }
 
-/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), the clock last (its name is generated).
+/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), and the clock is last (its name is generated).
 fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
     let inputs = logic
         .inputs

@@ -1,4 +1,4 @@
-//! Syntax tree of a C source, close to the text: names are not resolved, types are as written.
+//! Syntax tree of a C source, close to the text: names are not resolved, and types are as written.
 
 use grafsynth_ir::{Name, Span};
 

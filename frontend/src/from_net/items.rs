@@ -150,7 +150,7 @@ impl Writer<'_> {
         self.one_name(name, from)
     }
 
-    /// The name of an object where the language allows no path: surrounding objects are visible, objects of other charts are not.
+    /// The name of an object where the language allows no path: surrounding objects are visible, but objects of other charts are not.
     pub(super) fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {

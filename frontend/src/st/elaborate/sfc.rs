@@ -344,7 +344,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The duration of a use in nanoseconds: `Some(None)` if it has none, `None` if it is invalid.
+    /// The duration of a use in nanoseconds: `Some(None)` if it has none, and `None` if it is invalid.
     fn duration(&mut self, build: &Build, one: &ast::Use) -> Option<Option<u64>> {
         let duration = match &one.duration {
             Some(duration) => {
