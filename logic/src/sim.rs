@@ -234,7 +234,7 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// The current value of an output pin: a combinational output follows the inputs, a registered output has its value from the last clock edge.
+    /// The current value of an output pin: a combinational output follows the inputs, and a registered output has its value from the last clock edge.
     pub fn output(&mut self, output: PinOutputId) -> u64 {
         if self.logic.outputs[output].registered.is_some() {
             return self.registers[output];
