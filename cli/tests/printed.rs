@@ -219,7 +219,7 @@ fn missing_line<'t>(printed: &'t str, output: &str) -> Option<&'t str> {
     None
 }
 
-/// The chart and the trace of a case. The trace is what comes after the first `NUMBER,NUMBER,` or `scan,dt` of a line that follows a space, without the
+/// The chart and the trace of a case. The trace is the text after the first `NUMBER,NUMBER,` or `scan,dt` of a line that follows a space, without the
 /// remark in parentheses and without a second trace at the end.
 fn columns(text: &str) -> (String, String) {
     let (mut before, mut chart, mut trace) = (String::new(), String::new(), String::new());

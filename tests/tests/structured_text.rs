@@ -269,7 +269,7 @@ fn times_change_and_are_compared_with_clocks_value_by_value() {
          END_PROGRAM
          CONFIGURATION c RESOURCE r ON plc TASK s(INTERVAL := T#50ms, PRIORITY := 0); PROGRAM i WITH s : p; END_RESOURCE END_CONFIGURATION",
     );
-    // Row 1 chooses, row 2 goes; `filling` runs from row 2 and is left in the first row in which its time is reached.
+    // Row 1 chooses and row 2 starts; `filling` runs from row 2 and is left in the first row in which its time is reached.
     let mut csv = String::from("slow,go,reset,limit\n");
     for row in 1..=30 {
         let slow = u8::from(row >= 8);
