@@ -49,7 +49,7 @@ pub(super) fn all_asked(
     ways.into_iter().map(|(question, body, jump)| Some((question?, body, jump))).collect()
 }
 
-/// The condition of a loop without its counter; `Some(None)` if nothing else is tested; `None` if the loop has no counter, or if the body or that rest reads the counter.
+/// The condition of a loop without its counter; `Some(None)` if nothing else is tested; `None` if the loop has no counter, or if the body or the rest of the condition reads the counter.
 pub(super) fn without_counter<'e>(
     stmt: &Stmt,
     condition: Option<&'e Expr>,
