@@ -1,6 +1,6 @@
 //! Compares the callbacks of a chart with its instance: part of the bench that runs emitted C.
 //!
-//! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled; nothing else. Otherwise the
+//! A reaction must report each step that it changed, once and with its new state, and each transition that it enabled, and nothing else. Otherwise the
 //! bench ends with a special exit code.
 
 use crate::c::print::{Kind, Node};

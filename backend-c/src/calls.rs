@@ -58,7 +58,7 @@ pub(crate) fn either(condition: CExpr, then: Vec<Node>, otherwise: Vec<Node>) ->
 /// The user's C text; text for other languages is left out (the caller reports it).
 pub(crate) fn verbatim(text: &Verbatim) -> Vec<Node> {
     if is_c(&text.language) {
-        // A separate block limits the scope of what the text declares.
+        // A separate block limits the scope of the names that the text declares.
         vec![Node::line("{"), Kind::Verbatim(text.text.clone()).into(), Node::line("}")]
     } else {
         Vec::new()

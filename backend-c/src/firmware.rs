@@ -1,11 +1,11 @@
 //! Test benches for machines without files, console or much memory: the chart on a microcontroller, driven byte by byte.
 //!
-//! The bench is the same text for every machine, and may contain several charts. A *port* provides three functions that differ: `bench_get` (the next byte
+//! The bench is the same text for every machine, and may contain several charts. A *port* has three functions that differ between machines: `bench_get` (the next byte
 //! of the stimulus), `bench_put` (one byte of the response) and `bench_end` (stop the machine). The machine formats nothing: the response contains values,
 //! and the caller, who knows the net, turns them into rows.
 //!
 //! Stimulus, for each reaction: a byte 1, the ticks (4 bytes), each input with a column in declaration order (as wide as it is stored, a Boolean one
-//! byte); after the last one a byte 0. Numbers have their low byte first, which is how each of these machines stores them.
+//! byte); after the last reaction, a byte 0. Numbers have their low byte first, which is how each of these machines stores them.
 //!
 //! Response, for `init` and each reaction: for each call of an extern action, its index among the outputs plus 1 (2 bytes) and its arguments; 2 zero bytes;
 //! the bits of the shown steps, eight per byte; each output except extern actions; each declared variable, arrays element by element; the fault flag.
@@ -186,7 +186,7 @@ fn send(value: &str, ty: Type) -> Vec<Node> {
     }
 }
 
-/// The user's functions: conditions are answered from the stimulus, calls of actions are reported when they happen.
+/// The user's functions: conditions are answered from the stimulus, and calls of actions are reported when they happen.
 fn library(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern) {

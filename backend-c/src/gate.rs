@@ -78,7 +78,7 @@ pub(crate) fn step(interface: &Interface, same: &[String]) -> Node {
     all.extend(same.iter().cloned());
     let body = vec![
         Node::when(&crate::cexpr::joined(&all, "&&"), vec![Node::line("return;")])
-            .note("the last one changed nothing, and this would be the same again"),
+            .note("the last reaction changed nothing, and this one would do the same"),
         Node::line(format!("{prefix}_react({});", arguments(interface))),
     ];
     let head = format!("static inline void {prefix}_step({})", interface.parameters(true, true));
@@ -111,7 +111,9 @@ pub(crate) fn functions(interface: &Interface, same: &[String], reaction: Vec<No
     vec![
         Node::function(format!("static void {prefix}_reaction({parameters})"), reaction),
         Node::blank(),
-        Node::comment("A reaction on the inputs of the last one: does it change anything?"),
+        Node::comment(
+            "Runs a reaction with the inputs of the last one, and records whether it changes anything.",
+        ),
         Node::function(
             format!("static void {prefix}_probe({parameters})"),
             vec![

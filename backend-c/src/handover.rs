@@ -1,6 +1,6 @@
 //! Data exchange between the chart and the main program if `NAME_step` runs in an interrupt: the part of `NAME_port.h` that makes it safe.
 //!
-//! The interrupt owns the instance and the reading end of the ring; main writes inputs and reads outputs, instance and variables. On one
+//! The interrupt owns the instance and the reading end of the ring; the main program writes inputs and reads outputs, instance and variables. On one
 //! processor, the main program cannot interrupt the interrupt, so only the main program must disable interrupts, and only while it copies
 //! (docs/c.md).
 

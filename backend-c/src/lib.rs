@@ -79,7 +79,7 @@ pub struct Options {
     pub style: Style,
     /// The machine for which [`Style::Auto`] finds the best style; without a machine, it uses tables from 32 rows on.
     pub machine: Option<&'static cost::Machine>,
-    /// What the best style optimises for: speed or size.
+    /// The optimisation goal of the best style: speed or size.
     pub goal: cost::Goal,
     /// The layout of Boolean inputs and outputs.
     pub io: Io,
@@ -175,7 +175,7 @@ pub struct File {
     pub keep_existing: bool,
     /// For each line (from 1) that comes from the net, its objects.
     pub map: Vec<(u32, Vec<Object>)>,
-    /// What it contains.
+    /// The kind of file.
     pub kind: FileKind,
 }
 
@@ -284,7 +284,7 @@ impl Package {
 /// A fact is used only if it is proved. Without facts, [`Style::Auto`] gives a chart that is not a statechart the style `bits` or one variable per step.
 ///
 /// # Errors
-/// The requested style does not support the chart, or the net has no reaction program.
+/// If the requested style does not support the chart, or the net has no reaction program.
 pub fn emit(
     net: &Valid<Net>,
     facts: &Facts,

@@ -75,7 +75,7 @@ impl Names {
         let prefix = identifier(prefix);
         let upper = prefix.to_ascii_uppercase();
         let stem = options.stem.clone().unwrap_or_else(|| prefix.clone());
-        // Functions of the library share the global space with what the chart defines.
+        // Functions of the library share the global space with the names that the chart defines.
         let mut global = namer();
         global.reserve(&prefix);
         let io = Layout::of(net, &upper, options.io);

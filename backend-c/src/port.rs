@@ -12,7 +12,7 @@ impl Layout<'_> {
     pub(crate) fn port(&self) -> File {
         let upper = &self.names.upper;
         let mut nodes = vec![
-            self.banner("what differs between machines. Define a macro before this file is read, or with -D, to change it."),
+            self.banner("the machine-dependent parts. To change a macro, define it before this file is read, or with -D."),
             Node::directive(format!("#ifndef {upper}_PORT_H")),
             Node::directive(format!("#define {upper}_PORT_H")),
             Node::blank(),
@@ -113,9 +113,9 @@ impl Layout<'_> {
                 "typedef struct".to_string(),
                 vec![
                     Node::line("volatile uint8_t head;").note("the next entry to write"),
-                    Node::line("volatile uint8_t tail;").note("the next place to read"),
+                    Node::line("volatile uint8_t tail;").note("the next entry to read"),
                     Node::line("volatile uint8_t lost;")
-                        .note("events that found it full; stays at 255"),
+                        .note("events lost because the ring was full; stays at 255"),
                     Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
                 ],
                 format!(" {prefix}_ring_t;"),

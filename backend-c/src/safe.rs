@@ -7,7 +7,7 @@
 //! With [`Options::safe_state`] a reaction first checks whether the instance is valid: each state variable, timer, number and Boolean is within the
 //! values that a reaction can leave in it, and if a component's steps are bits, at most one is active, or exactly one if that is proved. If the check
 //! fails, the outputs become safe, the hook `NAME_BAD_STATE` is called once, and the chart stops until the next `init`. Corruption that results in a
-//! possible state of the chart is not detected: the instance alone can show only ranges and covers.
+//! possible state of the chart is not detected: the instance alone can only be checked against ranges and components.
 //!
 //! | `intact` | meaning |
 //! |---|---|
@@ -16,8 +16,8 @@
 //! | else | this byte is corrupt, or `init` was not called yet: memory that was never written does not run |
 //!
 //! The check costs only its comparisons. Members whose maximum value is a power of two minus one are combined by `|` and compared at once: a bit above
-//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes what it wrote there
-//! itself; this also prevents a compiler from restructuring the reaction around its knowledge of the state (which made the text of one chart a third
+//! that maximum is in the result if it is in one of them. The check reads the instance as volatile, so that no compiler assumes that the instance still has
+//! the values that were written; this also prevents a compiler from restructuring the reaction around its knowledge of the state (the text of one chart was a third
 //! larger on an AVR).
 
 use crate::Object;

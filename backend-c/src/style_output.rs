@@ -52,7 +52,7 @@ pub(crate) struct StyleOutput {
     pub(crate) engine: Option<Engine>,
     /// The value ranges of the instance members that are not single bits; empty if an engine stores them.
     pub(crate) ranges: Vec<Range>,
-    /// What each scalar of the instance holds, for the proof; empty if the style does not state it.
+    /// The contents of each scalar of the instance, for the proof; empty if the style does not state them.
     pub(crate) holds: Vec<(Place, Holds)>,
     /// Steps that have their own bit, so that only a proof shows that two of them exclude each other.
     pub(crate) one_bit: BTreeSet<StepId>,

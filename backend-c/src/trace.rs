@@ -220,7 +220,7 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
         format!("static inline uint8_t {prefix}_trace_byte(const {prefix}_t *self, uint16_t at)");
     vec![
         Node::comment(format!(
-            "A byte of the trace, at below {upper}_TRACE_BYTES. Send them all, raw or as hexadecimal text, to be read by grafsynth trace.\nCall it between reactions only: the ring must not change."
+            "The byte of the trace at index at, which is below {upper}_TRACE_BYTES. Send all bytes, raw or as hexadecimal text; grafsynth trace reads them.\nCall it only between reactions, because the ring must not change."
         )),
         Node::function(head, body),
         Node::blank(),

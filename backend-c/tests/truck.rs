@@ -48,7 +48,7 @@ fn odd_charts_compile_everywhere_too() {
         [(3, Style::Auto, Io::Members), (4, Style::Bits, Io::Words), (11, Style::Auto, Io::Words)]
     {
         let (net, facts) = random_net("int", seed, flavour);
-        // Functions of one transition each, and callbacks: the largest number of parameters that could be wrong.
+        // With functions of one transition each and with callbacks, the text has the most parameters that could be wrong.
         let options =
             Options { style, io, callbacks: true, max_transitions: 1, ..Options::default() };
         let package = emit(&net, &facts, &options).expect("it can be emitted");

@@ -31,7 +31,7 @@ pub struct Equations {
     pub head: Vec<String>,
     /// All signals in this order: the clock, inputs, outputs, flip-flops, buried parts.
     pub signals: Vec<Signal>,
-    /// One for each flip-flop, for each output that does not share a macrocell, and for each buried part.
+    /// One equation for each flip-flop, for each output that does not share a macrocell, and for each buried part.
     pub equations: Vec<Equation>,
     /// True if the pins are assigned.
     pub has_pins: bool,
@@ -48,7 +48,7 @@ pub struct Equations {
 pub struct Signal {
     /// Its name in the text.
     pub name: String,
-    /// What it represents.
+    /// The object that it represents.
     pub source: Source,
     /// Its pin.
     pub pin: Option<u32>,
@@ -62,7 +62,7 @@ pub struct Signal {
     pub meta: Meta,
 }
 
-/// What a [`Signal`] represents.
+/// The object that a [`Signal`] represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {
     /// The clock.
@@ -123,7 +123,7 @@ impl Equations {
             .collect()
     }
 
-    /// What the device lacks, if pins were left open for that reason.
+    /// The resources that the device lacks, if pins were left open for that reason.
     #[must_use]
     pub fn misfit(&self) -> Option<String> {
         (!self.has_pins && !self.lacks.is_empty()).then(|| self.lacks.join("; "))

@@ -73,7 +73,7 @@ impl Package {
 /// The constraints (`.pcf`): a pin for each signal, as requested, or else the first free one.
 ///
 /// # Errors
-/// Pins that the package does not have, or that two signals request; signals that do not exist; more signals than pins.
+/// Returns findings about pins that the package does not have or that two signals request, signals that do not exist, and more signals than pins.
 pub fn constraints(
     emitted: &Emitted,
     package: &Package,

@@ -193,7 +193,7 @@ pub struct Named {
     pub is_complement: bool,
 }
 
-/// What a name represents.
+/// The object that a name represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Object {
     /// The clock.

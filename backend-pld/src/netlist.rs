@@ -158,7 +158,7 @@ fn choose_wires(
         }
         depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
     }
-    // A wire without its own name is named after its user: the function of a pin is `next_p2` or `R_d`, its parts are numbered.
+    // A wire without its own name is named after its user: the function of a pin is `next_p2` or `R_d`, and its parts are numbered.
     let mut owner: IdMap<Node, Option<u32>> = IdMap::filled(&logic.nodes, None);
     let mut owners: Vec<(String, u32)> = Vec::new();
     for (root, name) in roots() {

@@ -73,7 +73,7 @@ pub(crate) fn read(dialect: Dialect, file: FileId, text: &str) -> Text {
         return Text::nothing(vec![
             Diagnostic::error(codes::SYNTAX, "no equation in this text")
                 .at(span, "expected declarations and equations")
-                .help("check that this is the right file, and give its format with --from if its name does not tell it"),
+                .help("check that this is the right file, and give its format with --from if its name does not show the format"),
         ]);
     }
     let logic = draft.finish();

@@ -12,7 +12,7 @@ use grafsynth_logic::build::{Builder, map_operands};
 /// The circuit without its reset inputs.
 ///
 /// # Errors
-/// Registers that the reset does not set to their initial value.
+/// If there are registers that the reset does not set to their initial value.
 pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let is_reset = |id: PinInputId| logic.inputs[id].role == PinRole::Reset;
     let Some(reset) = logic.inputs.ids().find(|&id| is_reset(id)) else { return Ok(logic) };

@@ -27,7 +27,7 @@ pub struct Chain {
 
 /// Inserts `stages` flip-flops after each input bit for which `wakes_as` returns a value; that value is their power-up value.
 ///
-/// They follow all other flip-flops, in the order of the pins. Without stages there are no chains, and nothing changes.
+/// The new flip-flops follow all others, in the order of the pins. Without stages there are no chains, and nothing changes.
 #[must_use]
 pub fn add(
     mut logic: Logic,
@@ -72,7 +72,7 @@ pub fn add(
 /// Removes the chains from a circuit that was read back.
 ///
 /// # Errors
-/// A chain that does not only delay its pin: its flip-flops have other functions, or something reads the chain before its end.
+/// If a chain does more than delay its pin: its flip-flops have other functions, or something reads the chain before its end.
 pub fn strip(mut logic: Logic, chains: &[Chain]) -> Result<Logic, Vec<Diagnostic>> {
     let findings: Vec<Diagnostic> = chains
         .iter()

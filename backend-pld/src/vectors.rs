@@ -76,7 +76,7 @@ impl Vectors {
     /// The bits of a trace.
     ///
     /// # Errors
-    /// A row has more than one tick.
+    /// If a row has more than one tick.
     pub fn of(net: &Net, logic: &Logic, rows: &[TraceRow]) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
         let bit_of = |value: i64, lo: i64, bit: u32| {

@@ -37,7 +37,7 @@ pub fn text(json: &Value) -> String {
 /// The JSON of a net, with the program of one reaction.
 ///
 /// # Errors
-/// The net has no bounded program.
+/// If the net has no bounded program.
 pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
     let program = program(net, &ProgramOptions::default())?;
     let idents = Idents::of(net);

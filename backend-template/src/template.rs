@@ -8,7 +8,7 @@ use minijinja::value::{Rest, Serde, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use std::io;
 
-/// The maximum number of instructions of one rendering; it takes some seconds. A chart of 10 000 steps needs about a tenth of this.
+/// The maximum number of instructions of one rendering. This many take some seconds; a chart of 10 000 steps needs about a tenth of them.
 pub const FUEL: u64 = 50_000_000;
 
 /// The maximum number of bytes of one rendering.
@@ -41,7 +41,7 @@ pub struct Template<'a> {
 /// it reports that it does not support a chart. Unknown names are errors, not empty.
 ///
 /// # Errors
-/// An error in the template, with its location (G0611); the template refuses the chart (G0612); or it exceeds its limits (G0613).
+/// If the template has an error, which is reported with its location (G0611), if it refuses the chart (G0612), or if it exceeds its limits (G0613).
 pub fn render(
     json: &serde_json::Value,
     template: &Template<'_>,
@@ -134,7 +134,7 @@ impl io::Write for Bounded {
     }
 }
 
-/// Adds the name that was probably meant to a finding about an unknown name.
+/// Adds the name that was probably intended to a finding about an unknown name.
 fn with_near_name(
     finding: Diagnostic,
     json: &serde_json::Value,
@@ -171,7 +171,7 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
     if innermost.kind() == ErrorKind::OutOfFuel {
         let message = format!("the template takes more than {FUEL} instructions");
         return Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
-            .at(span, "it was here")
+            .at(span, "the limit was reached here")
             .help("end the loop earlier, or loop over a list of the chart");
     }
     let kind = innermost.kind().to_string();

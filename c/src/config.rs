@@ -2,7 +2,7 @@
 
 use crate::tree::types::Machine;
 
-/// A compiler: what it predefines, and the sizes of its types.
+/// A compiler: its predefined macros, and the sizes of its types.
 ///
 /// The configuration for C++ reads text as C with the macros of C++: `extern "C"` is visible. C++ gives comparisons the type `bool` and enumerators the type
 /// of their enumeration; both become the same numbers as soon as they are used.

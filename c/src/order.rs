@@ -6,7 +6,7 @@
 //!
 //! The check is on the safe side: it also rejects `i = (i++, i)`, where a sequence point within an operand makes the order clear.
 //!
-//! Whether two places are the same object is decided by [`may_overlap`], whether a function writes by [`effects`].
+//! Whether two places are the same object is decided by [`may_overlap`], and whether a function writes by [`effects`].
 
 use crate::codes;
 use crate::tree::{Expr, ExprKind, Init, Loc, Place, Symbol, Unit};

@@ -242,7 +242,7 @@ pub enum Effect {
     Writes,
 }
 
-/// What a call of a function does.
+/// The effects of a call of a function.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Summary {
     /// The effect of the call, apart from writes through the parameters in `written`.
@@ -337,7 +337,7 @@ fn own_effects(
             summary.effect = summary.effect.max(Effect::Reads);
         }
     }
-    // A parameter that always points to what the caller passed.
+    // A parameter that always has the value that the caller passed.
     let fixed = |id: &SymbolId| {
         let uses = &index.uses[*id];
         uses.writes.is_empty() && uses.addresses.is_empty()
@@ -421,7 +421,7 @@ pub fn may_overlap(unit: &Unit, index: &Index, a: &Place, b: &Place) -> bool {
     }
 }
 
-/// The type of the object, or of what a pointer points to, of which the place is a part.
+/// The type of the object, or of the target of a pointer, that the place is a part of.
 fn root_type(place: &Place) -> &Type {
     let mut at = place;
     while let PlaceKind::Member(base, _) | PlaceKind::Element(base, _) = &at.kind {
@@ -485,7 +485,7 @@ fn types_may_overlap(unit: &Unit, a: &Type, b: &Type) -> bool {
             let is_character = |kind: IntKind| kind.rank() == IntKind::Char.rank();
             is_character(x) || is_character(y) || x.unsigned() == y.unsigned()
         }
-        // A pointer and a number: only as characters. Structures and arrays may contain an object of the other type.
+        // A pointer and a number share memory only if the number is a character. Structures and arrays may contain an object of the other type.
         (Some(x), None) if matches!(b, Type::Pointer(_)) => x.rank() == IntKind::Char.rank(),
         (None, Some(y)) if matches!(a, Type::Pointer(_)) => y.rank() == IntKind::Char.rank(),
         _ => true,

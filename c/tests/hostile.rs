@@ -1,9 +1,9 @@
-//! Texts that would take a reader down if nesting and expansion were not bounded, within a small stack and in a time that is proportional to them.
+//! Texts that would crash a reader if nesting and expansion were not bounded. They must be read with a small stack, and in a time proportional to their size.
 
 use crate::{code, good, read};
 use grafsynth_c::{Config, print};
 
-/// Runs in a thread with the stack of a test.
+/// Runs `work` in a thread whose stack is as large as that of a test.
 fn with_small_stack(work: impl FnOnce() + Send + 'static) {
     let thread = std::thread::Builder::new().stack_size(2 << 20).spawn(work).expect("a thread");
     thread.join().expect("no panic");

@@ -1,4 +1,4 @@
-//! Random trees: a recipe without types, which shrinks, and the tree that the constructors make of it.
+//! Random trees: an untyped recipe, which can be shrunk, and the tree that the constructors make from it.
 
 use crate::good;
 use grafsynth_c::tree::types::{FunctionType, IntKind, Qualified, Qualifiers, Type};
@@ -12,7 +12,7 @@ use grafsynth_c::{Config, order};
 use proptest::prelude::*;
 use std::sync::Arc;
 
-/// What the random function can use.
+/// The declarations that the random function can use.
 const PRELUDE: &str = "#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n\
     enum colour { RED, GREEN = 5, BLUE = -3 };\n\
     typedef struct { bool on : 1; bool off : 1; int8_t small; uint16_t wide; int32_t many[4]; } inner_t;\n\
@@ -157,8 +157,8 @@ pub(crate) fn recipes() -> impl Strategy<Value = Vec<Recipe>> {
     prop::collection::vec(one, 1..6)
 }
 
-/// The unit with a function that the recipes describe. What has no type is replaced by one of its parts; if the order of evaluation matters, all inner
-/// side effects are.
+/// The unit with a function that the recipes describe. An expression without a type is replaced by one of its parts; if the order of evaluation matters, so are
+/// all inner side effects.
 pub(crate) fn build(recipes: &[Recipe], config: &Config) -> Unit {
     let unit = built(recipes, config, true);
     if order::check(&unit).is_empty() { unit } else { built(recipes, config, false) }

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The limit of the address space in kibibytes.
 const MEMORY: u64 = 2 << 20;
-/// The limit of CPU time in seconds. An unoptimised program gets more.
+/// The limit of CPU time in seconds. An unoptimised program gets more time.
 const TIME: u64 = if cfg!(debug_assertions) { 60 } else { 10 };
 /// The maximum size of a seed in bytes.
 const SEED: u64 = 64 << 10;
@@ -186,7 +186,7 @@ fn collect(folder: &Path, all: &mut BTreeMap<String, Vec<Vec<u8>>>) {
     }
 }
 
-/// Valid files of each kind. Kinds without files are made by the program itself.
+/// Valid files of each kind. If a kind has no files, the program itself makes some.
 fn seeds(root: &Path, work: &Path) -> BTreeMap<String, Vec<Vec<u8>>> {
     let mut all = BTreeMap::new();
     for folder in ["tests/cases", "tests/scxml", "tests/c", "examples", "cli/templates"] {

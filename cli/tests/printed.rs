@@ -17,7 +17,7 @@
 //! <!-- needs: TOOL TOOL -->        without these tools the block is skipped (a failure in CI)
 //! <!-- not run: REASON -->         nothing is run
 //! ```
-//! A page's blocks share one folder, in order: a copy of `examples`, or for the page of an example the folder of that example in it.
+//! The blocks of a page run in order, in one folder: a copy of `examples` or, for the page of an example, the folder of that example in the copy.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
@@ -219,7 +219,7 @@ fn missing_line<'t>(printed: &'t str, output: &str) -> Option<&'t str> {
     None
 }
 
-/// The chart and the trace of a case. The trace is what comes after the first `NUMBER,NUMBER,` or `scan,dt` of a line that follows a space, without the
+/// The chart and the trace of a case. The trace is the text after the first `NUMBER,NUMBER,` or `scan,dt` of a line that follows a space, without the
 /// remark in parentheses and without a second trace at the end.
 fn columns(text: &str) -> (String, String) {
     let (mut before, mut chart, mut trace) = (String::new(), String::new(), String::new());

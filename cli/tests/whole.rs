@@ -321,7 +321,7 @@ fn a_foreign_journal_stays_in_its_folder() {
     assert!(folder.path().join("out/x").is_file(), "a sound journal is completed");
 }
 
-/// A search of a folder for charts finds those of a write that was killed before its renames.
+/// A search for charts in a folder also finds the files of a write that was killed before its renames.
 #[test]
 fn a_folder_that_is_looked_into_is_completed_first() {
     let folder = tempfile::tempdir().expect("a temporary folder");

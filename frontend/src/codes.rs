@@ -122,8 +122,8 @@ pub const C_UNSEQUENCED: Code =
 pub const C_TYPE: Code = Code { id: "G0490", title: "invalid or unsupported C construct" };
 /// A constant expression is required.
 pub const C_CONSTANT: Code = Code { id: "G0491", title: "constant expression expected" };
-/// Code that only C can express; it is left to the C library.
-pub const C_OPAQUE: Code = Code { id: "G0492", title: "code left to the C library" };
+/// Code that only C can express; it is kept as C.
+pub const C_OPAQUE: Code = Code { id: "G0492", title: "code kept as C" };
 /// An array parameter whose length is unknown.
 pub const C_ARRAY_LENGTH: Code = Code { id: "G0493", title: "array of unknown length" };
 /// More or fewer arguments than parameters.

@@ -1,7 +1,7 @@
-//! Numbers of the net, as every front end with its own arithmetic builds them: an expression with the interval that the net infers for it.
+//! Numbers of the net for front ends with their own arithmetic: an expression with the interval that the net infers for it.
 //!
-//! The front ends keep their own scopes and types. What their types mean for a number is expressed here: the low bits of a type are a mask, and a signed type
-//! reads them with its sign.
+//! The front ends keep their own scopes and types. This module only knows the width and the sign of a type: a mask keeps the low bits, and a signed type
+//! interprets them as two's complement.
 //!
 //! ```text
 //! low_bits(8)          x band 255                            unchanged if x is in 0..255
@@ -21,7 +21,7 @@ pub(crate) struct Num {
     pub(crate) hi: i64,
 }
 
-/// The range of the two's complement of `n_bits`, at most 62, or of their unsigned numbers.
+/// The range of `n_bits` bits (at most 62), in two's complement or unsigned.
 pub(crate) fn range(n_bits: u32, is_signed: bool) -> (i64, i64) {
     let n = 1_i64 << n_bits;
     if is_signed { (-n / 2, n / 2 - 1) } else { (0, n - 1) }
@@ -65,7 +65,7 @@ impl Num {
         Some(self.exact(op, other))
     }
 
-    /// The result of the operation, as it is written. If it has no interval, lowering rejects it, and the interval here is that of all numbers.
+    /// The result of the operation, without a check. If the result has no interval, lowering rejects it, and the interval here is that of all numbers.
     pub(crate) fn exact(&self, op: ArithOp, other: &Num) -> Num {
         let span = self.expr.span.to(other.expr.span);
         if self.lo == self.hi
@@ -80,7 +80,7 @@ impl Num {
         Num { expr: Expr::new(expr, span), lo, hi }
     }
 
-    /// Whether the operation with this right operand changes no value of the number.
+    /// Whether the operation with this right operand leaves every value of the number unchanged.
     fn keeps(&self, op: ArithOp, right: i64) -> bool {
         match op {
             ArithOp::Add

@@ -39,7 +39,7 @@ const PREFIXES: [(&str, &str); 3] = [
 /// Parses XML. The tree borrows from `text`; its ranges are byte ranges in it.
 ///
 /// # Errors
-/// The first error, with its location; parsing stops there.
+/// Returns the first error, with its location; parsing stops there.
 pub(crate) fn parse<'t>(
     file: FileId,
     text: &'t str,
@@ -663,7 +663,7 @@ pub(crate) fn attribute(value: &str) -> String {
 }
 
 /// Escapes text between tags.
-#[allow(dead_code, reason = "SCXML has no text between tags; formats that have use it")]
+#[allow(dead_code, reason = "SCXML has no text between tags; other formats use it")]
 pub(crate) fn text(value: &str) -> String {
     escaped(value, false)
 }

@@ -192,7 +192,7 @@ impl<'a, S: Parts> ChipSim<'a, S> {
     /// A circuit with a `busy` pin is clocked until the pin is 0, without a new event or tick (semantics.md §9). Returns the number of clocks.
     ///
     /// # Errors
-    /// `dt` is larger than 1 (then nothing is executed), or the reaction does not end.
+    /// If `dt` is larger than 1 (then nothing is executed), or if the reaction does not end.
     pub fn react(&mut self, inputs: &[i64], dt: u64) -> Result<u64, NoRow> {
         if dt > 1 {
             return Err(NoRow::TooManyTicks { dt });

@@ -103,7 +103,7 @@ pub fn is_depth_proved(net: &Net, facts: &Facts) -> bool {
 /// often as the chart's limit allows; or, depending on [`EncodeOptions::busy`], each micro-step gets its own clock.
 ///
 /// # Errors
-/// Constructs that a chip does not support, each with its location: target-language text, calls with arguments, an action that may be called twice in
+/// Returns findings about constructs that a chip does not support: target-language text, calls with arguments, an action that may be called twice in
 /// one reaction, and a circuit of more than [`EncodeOptions::max_nodes`] nodes.
 pub fn encode(
     net: &Valid<Net>,
@@ -140,7 +140,7 @@ pub fn encode(
     composed(net, &program, facts, options, options.max_nodes, Some(&registers))
 }
 
-/// The circuit of a program. If a reaction takes several clocks, the program is one of these clocks, and `registers` are the
+/// The circuit of a program. If a reaction takes several clocks, the program describes one of these clocks, and `registers` are the
 /// cells that pins show.
 fn composed(
     net: &Valid<Net>,

@@ -5,7 +5,7 @@ use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId};
 use grafsynth_ir::program::Origin;
 use std::collections::BTreeMap;
 
-/// For each timer that steps share, a node that is true if the register is not 0 although the time of each of its steps is: none of them is active. The
+/// For each timer that steps share, a node that is true if the register is not 0 although none of its steps is active, so that all their times are 0. The
 /// register is cleared when a step is left, so no such state is reachable; a proof must show this for the circuit.
 pub fn idle(logic: &mut Logic) -> Vec<NodeId> {
     let mut registers: BTreeMap<Origin, Vec<(FlopId, bool)>> = BTreeMap::new();

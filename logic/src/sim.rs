@@ -1,7 +1,7 @@
 //! The equation simulator: executes a [`Logic`] clock by clock, with 64 independent runs at once.
 //!
 //! Only gates that have a changed input are computed again (selective trace), and a wide gate is a tree of narrow ones: one clock of a large chart
-//! changes little, and costs little.
+//! changes little, so it costs little.
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{
@@ -234,7 +234,7 @@ impl<'a> LogicSim<'a> {
         }
     }
 
-    /// The current value of an output pin: a combinational output follows the inputs, a registered output has its value from the last clock edge.
+    /// The current value of an output pin: a combinational output follows the inputs, and a registered output has its value from the last clock edge.
     pub fn output(&mut self, output: PinOutputId) -> u64 {
         if self.logic.outputs[output].registered.is_some() {
             return self.registers[output];

@@ -281,7 +281,7 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     }
     let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
     for (plan, data) in plans.iter().enumerate() {
-        // A bit may have any value when all steps of the group may.
+        // A bit may have any value if all steps of the group may have any value.
         let free = common(&mut builder, logic, &data.members, &images);
         open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
         for bit in 0..data.n_bits {
@@ -384,8 +384,8 @@ fn keep_open(builder: &mut Builder, open: Vec<(Function, NodeId)>) {
     builder.logic.open = open.map(|(of, when)| Open { of, when }).collect();
 }
 
-/// Encodes all steps together as one number, with a code for each reachable situation, if all reachable situations are known. For a chart with hierarchy this
-/// takes fewer bits than a code for each group. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
+/// Encodes all steps together as one number, with a code for each reachable situation, if all reachable situations are known. For a chart with hierarchy, such a number
+/// has fewer bits than separate codes of the groups. `name` is the base name of the bits. `None` if this saves nothing over the flip-flops of the steps.
 ///
 /// A bit's D function is the sum, over the situations whose code sets the bit, of "the steps change to exactly this situation".
 #[must_use]
@@ -533,7 +533,7 @@ pub struct Codes {
 /// codes, as decision diagrams.
 ///
 /// # Errors
-/// A sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
+/// Returns a sentence that names a flip-flop that does not return, or reports that the diagrams are too large.
 pub fn is_safe(logic: &Logic) -> Result<Codes, String> {
     let mut bdd = Bdd::with_limit(1 << 22);
     let mut functions = Functions::new();

@@ -1,4 +1,4 @@
-/* As much of Arduino's core as the sketches of packages use: not Arduino's, only for tests. Pins are numbers in an array, time is a counter. */
+/* A stub of the Arduino core, for tests only: it has only what the sketches of packages use. Pins are numbers in an array, and time is a counter. */
 #ifndef ARDUINO_H
 #define ARDUINO_H
 

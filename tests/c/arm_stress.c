@@ -1,5 +1,5 @@
-/* A chart beside interrupts on a Cortex-M3 (board mps2-an385): SysTick writes two numbers and posts an event, timer 0 of the board posts another at random times and
- * may interrupt SysTick. Counts leave by semihosting, as four bytes each in `answer.bin`, low byte first. */
+/* A chart beside interrupts on a Cortex-M3 (board mps2-an385): SysTick writes two numbers and posts an event. Timer 0 of the board posts another at random times and
+ * may interrupt SysTick. The counts are written to `answer.bin` by semihosting, four bytes each, low byte first. */
 #include <stdint.h>
 
 #ifndef NO_LOCK
@@ -9,7 +9,7 @@
 #ifndef ROUNDS
 #define ROUNDS 10000U
 #endif
-/* Ticks of 40 instructions between two of an interrupt, and how many more there may be. */
+/* The minimum number of ticks (of 40 instructions) between two interrupts of a timer, and the maximum number of additional ticks. */
 #ifndef GAP
 #define GAP 20U
 #endif

@@ -1,5 +1,5 @@
-/* Runs examples/mcs-frame on an ATmega1284P: the emergency button (PD2) is pressed at STOP and released after 2 ms; the operator's key (PD4) is pressed
- * at KEY for 5 ms. Prints each change of the drives (d), the alarm (a) and what a round turns over (r), with its cycle, until LIMIT. */
+/* Runs examples/mcs-frame on an ATmega1284P: the emergency button (PD2) is pressed at cycle STOP and released after 2 ms; the operator's key (PD4) is pressed
+ * at cycle KEY for 5 ms. Prints each change of the drives (d), the alarm (a) and the pin that each round toggles (r), with its cycle, until cycle LIMIT. */
 #include <simavr/avr_ioport.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>

@@ -1,4 +1,4 @@
-/* What drives a firmware on an ATmega1284P in simavr: edges on PD2 at random phases for a number of cycles, gaps from GAP_LO up to GAP_HI cycles; then
+/* Drives a firmware on an ATmega1284P in simavr: edges on PD2 at random phases for a number of cycles, with gaps of GAP_LO to GAP_HI cycles. Then
  * GPIOR2 tells the firmware to stop, and it sends eight counts of four bytes to GPIOR0. Arguments: the firmware, the cycles, GAP_LO, GAP_HI. */
 #ifndef AVR_HOST_H
 #define AVR_HOST_H
@@ -42,8 +42,8 @@ static avr_t *board(int argc, char **argv)
     return avr;
 }
 
-/* Runs it to its end and prints a line: the edges raised, the cycles, and what the firmware counted. `raised_at`, if not NULL, holds the cycle of each edge
- * from before it is raised. 0 if the firmware came to its end. */
+/* Runs the firmware to its end and prints a line: the edges raised, the cycles, and the firmware's counts. If `raised_at` is not NULL, it is set to the cycle of
+ * each edge before the edge is raised. Returns 0 if the firmware reached its end. */
 static int drive(avr_t *avr, char **argv, uint64_t *raised_at)
 {
     const uint64_t limit = strtoull(argv[2], NULL, 10);
@@ -66,7 +66,7 @@ static int drive(avr_t *avr, char **argv, uint64_t *raised_at)
             random ^= random << 17;
             next = avr->cycle + lo + random % (hi - lo + 1U);
         }
-        /* A while after the last edge, so that its interrupt has come. */
+        /* Some time after the last edge, so that its interrupt has already occurred. */
         if (avr->cycle >= limit + 10000U) {
             avr->data[0x4b] = 1U;
         }

@@ -1,4 +1,4 @@
-/* A chart that runs in a timer's interrupt of an ATmega1284P, beside a main program that gives inputs, posts events and reads outputs at random phases. GPIOR2 tells
+/* A chart that runs in a timer's interrupt of an ATmega1284P, beside a main program that writes inputs, posts events and reads outputs at random phases. GPIOR2 tells
  * it to stop; then it sends its counts to GPIOR0, four bytes each, low byte first. */
 #include "avr_main.h"
 
@@ -21,7 +21,7 @@ ISR(TIMER0_COMPA_vect)
     ++n_scans;
 }
 
-/* Only shifts the phases. */
+/* Its only effect is to shift the phases. */
 ISR(PCINT3_vect)
 {
     noise = (uint16_t)(noise * 25173U + 13849U);

@@ -1,4 +1,4 @@
-/* What the firmwares beside interrupts share, on an ATmega1284P: timer 0 and a change of PD2 interrupt; eight counts go to GPIOR0, four bytes each, low byte
+/* Common code of the firmwares on an ATmega1284P: timer 0 and a change of PD2 cause interrupts; eight counts are sent to GPIOR0, four bytes each, low byte
  * first. */
 #ifndef AVR_MAIN_H
 #define AVR_MAIN_H
@@ -26,7 +26,7 @@ static void send(uint32_t value)
     }
 }
 
-/* Asleep with interrupts off: the end of the run. */
+/* Sleeps with interrupts off, which ends the run. */
 static void end(void)
 {
     sleep_enable();

@@ -1,4 +1,4 @@
-/* A chart beside interrupts on an ATmega1284P: a timer writes a number of two bytes and posts an event, a pin change posts another.
+/* A chart beside interrupts on an ATmega1284P: a timer writes a number of two bytes and posts an event; a pin change posts another.
  * GPIOR2 tells it to stop; then it empties the ring and sends its counts to GPIOR0, four bytes each, low byte first. */
 #include "avr_main.h"
 
@@ -22,7 +22,7 @@ static volatile uint32_t n_lost;
 
 ISR(TIMER0_COMPA_vect)
 {
-    /* Both bytes are always equal: a number of which they differ was torn. */
+    /* Both bytes are always equal, so a number with different bytes was torn. */
     level = (level == 0xffffU) ? 0U : (uint16_t)(level + 0x0101U);
     pins.n = level;
     ++n_ticks;

@@ -1,5 +1,5 @@
-/* Tasks with budgets in clock cycles on an ATmega1284P, beside a timer and a pin change. GPIOR1 tells the host what runs: 0x10 + k a task begins, 0x20 + k it ends,
- * 1 and 2 an interrupt begins (timer, pin), 3 one ends, 0x40 a reaction's tasks are over. GPIOR2 tells it to stop; then it sends its counts to GPIOR0. */
+/* Tasks with budgets in clock cycles on an ATmega1284P, beside a timer and a pin change. GPIOR1 tells the host what runs: 0x10 + k if task k begins, 0x20 + k if it ends,
+ * 1 or 2 if an interrupt of the timer or pin begins, 3 if one ends, 0x40 if a reaction's tasks are over. GPIOR2 tells it to stop; then it sends its counts to GPIOR0. */
 #include "avr_main.h"
 
 #define WORK_ENTER_CRITICAL() const uint8_t sreg = SREG; cli()

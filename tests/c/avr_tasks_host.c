@@ -1,6 +1,6 @@
-/* Drives avr_tasks.c. After the line of counts it prints a line for each task: how often it ran, its longest run without interrupts inside, its longest with
- * them and how many those were, the most interrupts inside; a line for the interrupts: the longest from a pin's edge to its handler's body, the longest body,
- * what one took from a task; and a line for the step: in how many reactions its tasks ran, and the longest time of its tasks in one, interrupts left out. */
+/* Drives avr_tasks.c. After the line of counts it prints a line for each task: how often it ran, its longest run without interrupts, its longest run with
+ * interrupts and their number, and the maximum number of interrupts in a run. Then a line for the interrupts: the maximum time from a pin's edge to its handler, the
+ * longest handler, and the maximum time that one takes from a task. Then a line for the step: the reactions with tasks, and the longest time of their tasks alone. */
 #include "avr_host.h"
 
 #define TASKS 8U
@@ -47,7 +47,7 @@ static void mark(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *
             if (inside > tasks[task].most) {
                 tasks[task].most = inside;
             }
-            /* Its own share is what it takes alone. */
+            /* Its own share is the time that it takes without interrupts. */
             step_own += tasks[task].alone;
         }
     } else if (value == 1U || value == 2U) {

@@ -1,5 +1,5 @@
-/* A chart beside interrupts on an 8052: timer 0 writes a number of two bytes and posts an event, the pin P3.2 posts another. Timer 1 is the outside: it pulses that
- * pin at random times. Counts leave by the simulator's door, four bytes each, low byte first. */
+/* A chart beside interrupts on an 8052: timer 0 writes a number of two bytes and posts an event; the pin P3.2 posts another. Timer 1 is the environment: it pulses that
+ * pin at random times. The counts are written to the simulator's output port, four bytes each, low byte first. */
 #include <8052.h>
 #include <stdint.h>
 
@@ -10,7 +10,7 @@
 #ifndef ROUNDS
 #define ROUNDS 250U
 #endif
-/* Machine cycles between two interrupts of a timer, and at most half a thousand more. */
+/* The minimum number of machine cycles between two interrupts of a timer; up to 500 more are added. */
 #ifndef GAP
 #define GAP 4000U
 #endif
@@ -30,7 +30,7 @@ static volatile uint16_t n_pulses;
 static volatile uint16_t n_lost;
 static volatile uint16_t random = 0xACE1U;
 
-/* All three have one priority, so none interrupts another and the ring has one writer at a time. */
+/* All three interrupts have the same priority, so none interrupts another, and the ring has one writer at a time. */
 void on_pin(void) __interrupt(0)
 {
     ++n_edges;
@@ -99,7 +99,7 @@ void main(void)
             break;
         }
     }
-    /* The world stops; what is under way arrives. */
+    /* The environment stops; pending interrupts still occur. */
     TR1 = 0;
     TR0 = 0;
     ET1 = 0;

@@ -1,4 +1,4 @@
-/* What no net says: floating point, structures, a function that is kept. */
+/* What no net can express: floating point, structures, a function that is kept. */
 #include <math.h>
 struct sample { double value; int weight; };
 static struct sample samples[4];

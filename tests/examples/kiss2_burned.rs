@@ -1,4 +1,4 @@
-//! Maps state tables to devices: `kiss2_burned FOLDER [NAME]` prints for each `.kiss2` of a folder whether one GAL22V10 holds it, and if not why, as in
+//! Maps state tables to devices: `kiss2_burned FOLDER [NAME]` prints for each `.kiss2` of a folder whether one GAL22V10 holds it and, if not, why, as in
 //! docs/benchmarks.md.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "it is an example that prints")]

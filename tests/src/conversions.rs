@@ -26,7 +26,7 @@ pub enum Came {
 /// Reads the chart of a text.
 ///
 /// # Errors
-/// The messages of its errors.
+/// Returns the messages of its errors.
 pub fn design_of(file: &str, text: &str) -> Result<Box<NetDesign>, String> {
     let mut sources = Sources::default();
     let main = sources.add(file, text);

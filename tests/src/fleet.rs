@@ -89,10 +89,10 @@ pub fn options(seed: u64, style: Style) -> Options {
 /// The chart in C with these options, without the options that are rejected for this chart.
 ///
 /// # Errors
-/// Why the style does not support the chart.
+/// Returns why the style does not support the chart.
 ///
 /// # Panics
-/// Something is rejected that is not a documented limitation.
+/// If something is rejected that is not a documented limitation.
 pub fn emitted(net: &Valid<Net>, mut options: Options) -> Result<(Package, Options), String> {
     let facts = small_facts(net, options.style);
     loop {
@@ -131,7 +131,7 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
         return Features { waits_for_inputs: true, max_steps, ..mixed };
     }
     if style == Style::Engine && seed % 3 == 2 {
-        // What the table engine supports without a program.
+        // The features that the table engine supports without a program.
         let tables = [Features::tabular(), Features::tabular_statecharts()];
         let tables = tables[(seed / 3 % 2) as usize].clone();
         return Features { several_parts: true, max_steps, ..tables };
@@ -155,7 +155,7 @@ pub fn features(seed: u64, style: Style, max_steps: usize) -> Features {
 /// be rare.
 ///
 /// # Panics
-/// The style supports fewer than one in `PATIENCE`.
+/// If the style supports fewer than one in `PATIENCE` charts.
 #[must_use]
 pub fn draw(style: Style, wanted: u64) -> Drawn {
     let mut drawn = Drawn::default();
@@ -348,7 +348,7 @@ pub fn text(charts: &[&Chart]) -> String {
 /// Runs all charts, `unit` of them per program; the first difference is shrunk.
 ///
 /// # Panics
-/// A chart in C differs from its net, or has undefined behaviour.
+/// If a chart in C differs from its net, or has undefined behaviour.
 pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
     let units: Vec<Vec<&Chart>> =
         drawn.charts.chunks(unit).map(|unit| unit.iter().collect()).collect();

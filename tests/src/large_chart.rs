@@ -101,7 +101,7 @@ impl LargeChart {
     /// The chart as a net.
     ///
     /// # Errors
-    /// The errors of lowering: none, unless a number is 0.
+    /// Returns the errors of lowering; there are none unless a number is 0.
     pub fn net(&self) -> Result<Valid<net::Net>, Vec<Diagnostic>> {
         match lower(&self.design()) {
             (Some(net), found) if !any_error(&found) => Ok(net),

@@ -33,7 +33,7 @@ pub fn rounds(few: u64, many: u64) -> u64 {
 /// Runs `work` for each item on all processors; returns the results in the order of the items.
 ///
 /// # Panics
-/// `work` panics.
+/// If `work` panics.
 #[must_use]
 pub fn in_parallel<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
@@ -67,7 +67,7 @@ pub fn small_limits() -> Limits {
 /// The net of a text; the extension of `name` determines its language.
 ///
 /// # Panics
-/// The text has an error; it is part of a test.
+/// If the text has an error: it is part of a test.
 #[must_use]
 pub fn chart(name: &str, text: &str) -> Valid<Net> {
     let mut sources = Sources::default();

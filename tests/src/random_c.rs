@@ -209,7 +209,7 @@ impl Maker<'_> {
         self.changed = Some(target);
         let other = self.var();
         self.changed = None;
-        // The right side of an assignment must not change the target: a read there would be sequenced before the assignment, a change would not.
+        // The right side of an assignment must not change the target: a read there would be sequenced before the assignment, but a change would not.
         self.changing(other, 2)
     }
 

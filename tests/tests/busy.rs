@@ -133,7 +133,7 @@ fn enumeration_proves_circuits_with_busy() {
         }
         let busy = logic.flops.iter().find(|(_, flop)| flop.name == "busy").map(|(id, _)| id);
         let Some(busy) = busy else { continue };
-        // One circuit never waits, the other one never ends.
+        // One circuit never waits, and the other one never ends.
         for node in [false, true] {
             let mut spoiled = logic.clone();
             let constant = spoiled.nodes.push(grafsynth_ir::logic::Node::Const(node));
@@ -449,8 +449,8 @@ fn the_form_follows_the_proof_and_the_size() {
     );
 }
 
-/// A chart with an emergency has one clock per reaction, whatever is requested, and reports the reason: in the form, in a warning, and if that one
-/// clock is too large.
+/// A chart with an emergency has one clock per reaction, even if several are requested. The reason is reported in the form, in a warning, and in the error if
+/// the circuit with one clock is too large.
 #[test]
 fn an_emergency_leaves_one_clock() {
     let net =

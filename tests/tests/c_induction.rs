@@ -177,7 +177,7 @@ fn a_text_that_differs_or_is_undefined_is_not_proved() {
         with("{ const own_t *other = in->car ? self : NULL; (void)other->n; }"),
         with("(void)(&in->ped)[1];"),
         with("if (own_no_value(in)) { (void)self; }"),
-        // Writes what it must not, or reads what may change.
+        // Writes to objects that it must not change, or reads objects that may change.
         with("((own_in_t *)in)->ped = false;"),
         with("own_later_n = self->n;"),
         with("if (own_watched) { (void)self; }"),

@@ -55,7 +55,7 @@ fn shown(found: &[Diagnostic], files: &[SourceFile]) -> String {
     format!("{}:{}: {}: `{text}`", file.name, line + 1, first.message)
 }
 
-/// Reads what was printed.
+/// Reads the printed text.
 fn again(text: &str, verbatim: &[&str], config: &Config) -> Result<Unit, String> {
     let files = [SourceFile { file: FileId(0), name: "printed.c", text }];
     let (unit, found) = parse(&Input { files: &files, verbatim, readers: &READERS, config });
@@ -215,7 +215,7 @@ fn text_of_the_user_is_one_statement() {
     }
 }
 
-/// A package whose `NAME.c` is printed from the tree of what it contains; the headers stay.
+/// A package whose `NAME.c` is replaced by the text printed from its own tree; the headers stay.
 fn printed(net: &Net, package: &Package) -> Package {
     let mut package = package.clone();
     let (verbatim, config) = (texts(net), Config::host());

@@ -1,4 +1,4 @@
-//! An emergency dominates: proved over every state of a circuit, and a circuit in which it does not is refuted.
+//! An emergency dominates: this is proved over every state of a circuit, and a circuit in which it does not is refuted.
 
 use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::judge::{self, Renames};

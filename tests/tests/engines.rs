@@ -39,7 +39,7 @@ fn limits() -> Limits {
     Limits { pairs: 20_000, states: 2_000, ..Limits::default() }
 }
 
-/// Regions with four levels and with conflicts, queues, histories and counters. The emitted C agrees with the simulator, compiles
+/// Regions with four levels and with conflicts, queues, histories and counters. The emitted C agrees with the simulator and compiles
 /// without warnings, and its size grows linearly with the chart, not with its product automaton.
 #[test]
 fn large_statecharts_in_c_do_what_the_net_does() {

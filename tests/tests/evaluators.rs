@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The evaluators of `ir`, as code names them, and the plan of a reaction. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same name by the text before or after
-/// them: the first gets a closure for leaves, the second is called on an expression.
+/// The evaluators of `ir`, as code names them, and the plan of a reaction. `Expr::eval` and `Expr::as_constant` are distinguished from methods of the same
+/// name by the text before or after them: the first gets a closure for leaves, and the second is called on an expression.
 const SHARED: [&str; 11] = [
     "simplify::",
     "simplify(",

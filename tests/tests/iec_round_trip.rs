@@ -195,7 +195,7 @@ const ELEMENTS: [(&str, &[&str], &[&str]); 29] = [
     ("pouInstance", &[], &["name", "typeName"]),
 ];
 
-/// Checks the elements of a written project against the schema: numbers of elements are unique, wires and jumps have targets.
+/// Checks the elements of a written project against the schema: numbers of elements are unique, and wires and jumps have targets.
 fn check_project(text: &str) {
     let document = roxmltree::Document::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     for node in document.descendants().filter(roxmltree::Node::is_element) {

@@ -214,7 +214,7 @@ fn run_arm(flags: &[&str]) -> Option<PairCounts> {
     arguments.extend(flags);
     compile(&folder, "arm-none-eabi-gcc", &arguments);
     let qemu = tools::find(&["qemu-system-arm"]).expect("it is here");
-    // An instruction takes a nanosecond, so the run is reproducible, and a timer counts once every 40 of them.
+    // An instruction takes a nanosecond, so the run is reproducible, and a timer counts once every 40 instructions.
     let arguments = "-M mps2-an385 -display none -monitor none -serial none -icount shift=0 \
                      -semihosting-config enable=on,target=native -kernel a.elf";
     let arguments: Vec<&str> = arguments.split_whitespace().collect();

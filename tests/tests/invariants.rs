@@ -1,4 +1,4 @@
-//! Files of invariants (`check --invariants`): what is written is accepted, and a damaged file never proves an assert that is false.
+//! Files of invariants (`check --invariants`): a written file is accepted, and a damaged file never proves an assert that is false.
 
 #![allow(clippy::print_stdout, reason = "tests report how much they covered")]
 

@@ -1,6 +1,6 @@
 //! The check of circuits can fail: emitted equations, Verilog, BLIF and fuse maps with one change are refuted, rejected, or equal to the chart.
 //!
-//! A mutant is read as logic by others, as in `compare`. One that is reported as proved is compared with the simulator on directed stimuli, from reset; mutants
+//! A mutant is read like logic from another source, as in `compare`. A mutant called proved is compared with the simulator on directed stimuli, from reset; mutants
 //! in Verilog also run in Icarus Verilog, so that an error in our parser is detected.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for other tools")]

@@ -162,7 +162,7 @@ fn charts_with_hierarchy_are_drawn_again() {
                 assert!(
                     !name.contains("w3c") && !net.settings.policy.is_statechart()
                         || why.iter().all(|it| it.contains("partial chart"))
-                        // Variables that no chart has decide what such a transition leaves (semantics C35).
+                        // The states that such a transition leaves depend on variables that no chart has (semantics C35).
                         || name.contains("inner_history"),
                     "{name}: {why:?}"
                 );

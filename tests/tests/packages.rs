@@ -483,7 +483,7 @@ fn names_of_an_ecosystem_are_refused_in_it_alone() {
     }
 }
 
-/// Files that the user fills in are marked as such, and all others are not.
+/// The files that the user fills in are marked as the user's; no other file is.
 #[test]
 fn the_files_of_the_user_are_kept() {
     for (design, net, options) in designs() {
@@ -498,7 +498,7 @@ fn the_files_of_the_user_are_kept() {
                     .split('@')
                     .skip(1)
                     .any(|part| part.len() > 2 && part.chars().all(|c| c.is_ascii_uppercase()));
-                assert!(!is_open, "{design}: {} has an open place", file.name);
+                assert!(!is_open, "{design}: {} still has a placeholder", file.name);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Steps that exclude each other share a timer: random timed charts run as programs, circuits and C with shared timers, and behave like the simulator.
 //!
-//! The charts have what such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps with
+//! The charts contain the cases that such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps with
 //! different thresholds, also in the order in which a small one follows a large one; transitions, outputs and lists that read the time of an inactive step;
 //! stable evolution, forcing and enclosing steps.
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]
@@ -215,7 +215,7 @@ fn circuits_with_shared_timers_are_proved_in_both_ways() {
     assert!(explicit * 2 > total && inductive * 10 >= total * 9);
 }
 
-/// A circuit whose register is changed in one place is refuted, or does the same.
+/// A circuit whose register is changed in one place is refuted, or it behaves like the original.
 #[test]
 fn a_changed_register_is_refuted() {
     let nets = sharing(rounds(8, 800));

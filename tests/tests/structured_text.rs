@@ -269,7 +269,7 @@ fn times_change_and_are_compared_with_clocks_value_by_value() {
          END_PROGRAM
          CONFIGURATION c RESOURCE r ON plc TASK s(INTERVAL := T#50ms, PRIORITY := 0); PROGRAM i WITH s : p; END_RESOURCE END_CONFIGURATION",
     );
-    // Row 1 chooses, row 2 goes; `filling` runs from row 2 and is left in the first row in which its time is reached.
+    // Row 1 chooses and row 2 starts; `filling` runs from row 2 and is left in the first row in which its time is reached.
     let mut csv = String::from("slow,go,reset,limit\n");
     for row in 1..=30 {
         let slow = u8::from(row >= 8);
@@ -281,7 +281,7 @@ fn times_change_and_are_compared_with_clocks_value_by_value() {
         let values = column(&trace, name);
         (0..values.len()).filter(|row| values[*row] == 1).map(|row| row + 1).collect()
     };
-    // 100 ms are two scans of 50 ms, 300 ms are six.
+    // 100 ms are two scans of 50 ms, and 300 ms are six.
     assert_eq!(rows_with("busy"), [2, 3, 12, 13, 14, 15, 16, 17]);
     assert_eq!(rows_with("done"), Vec::<usize>::new(), "the step is left before its timer is seen");
     let shown = column(&trace, "shown");

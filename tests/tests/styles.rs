@@ -13,7 +13,7 @@ use grafsynth_tests::rounds;
 /// The number of charts in a program: a compiler starts once for all of them.
 const UNIT: usize = 20;
 
-/// Generates and runs charts; reports what was run.
+/// Generates and runs charts, and reports them.
 fn agree(style: Style, few: u64, many: u64) {
     let Some(compiler) = Compiler::watchful().or_else(|| {
         assert!(std::env::var_os("CI").is_none(), "sanitizers are missing, and CI must have them");

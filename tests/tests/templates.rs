@@ -153,7 +153,7 @@ for (const job of JSON.parse(readFileSync("jobs.json", "utf8"))) {
 console.log(lines.join("\n"));
 "##;
 
-/// What a bench needs to know about a net and its stimulus.
+/// The data about a net and its stimulus that a bench needs.
 fn job(number: usize, net: &Valid<Net>, tree: &Value, stimulus: &Stimulus) -> Value {
     let is_given = |kind: InputKind| kind != InputKind::InternalEvent;
     let inputs: Vec<_> = net.inputs.iter().filter(|(_, it)| is_given(it.kind)).collect();

@@ -145,7 +145,7 @@ fn verilator_runs_the_benches() {
     assert_eq!(said.matches(&wanted).count(), designs.len(), "{said}");
 }
 
-/// If ABC reports that two circuits are equal or not, our own proof agrees.
+/// Whether ABC reports two circuits as equal or as different, our own proof agrees.
 #[test]
 fn abc_agrees_with_our_proof() {
     let (Some(yosys), Some(abc)) = (tool("yosys"), tool("berkeley-abc")) else { return };

@@ -565,7 +565,7 @@ fn read(
     }
 }
 
-/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a table row, on the host the opposite is true. If code size is optimised, the table
+/// Rings of 10 by 3: on microcontrollers a jump is cheaper than a table row; on the host the opposite is true. If code size is optimised, the table
 /// is best everywhere.
 #[test]
 fn the_style_follows_the_machine() {

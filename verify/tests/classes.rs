@@ -48,7 +48,7 @@ fn a_receptivity_has_two_classes() {
 fn an_event_of_n_exclusive_ones_has_two_classes() {
     let settings = format!("events exclusive\n event {}", names("e", 30));
     takes(&ring(&settings, |at| format!("on e{}", 3 * at)), 20);
-    // Three of them lead on from a step, and the fourth class is that none of them occurs.
+    // Three of the events lead on from a step; in the rows of the fourth class, none of these occurs.
     let three = |at: usize| format!("when e{} or e{} or e{}", at, at + 10, at + 20);
     takes(&ring(&settings, three), 20);
     let fork = format!(

@@ -105,7 +105,7 @@ fn shows(net: &Valid<Net>, property: &Property, stimulus: &grafsynth_sim::Stimul
 fn compare(seed: u64) -> Score {
     let mut score = Score::default();
     let Some(net) = asserting(seed, &features()) else { return score };
-    // Nothing but the enumeration.
+    // This variant uses only the enumeration.
     let only = Limits {
         pairs: 3_000,
         rows_per_state: 256,

@@ -27,7 +27,7 @@ impl Emit<'_> {
             .collect()
     }
 
-    /// What each scalar of the instance holds.
+    /// The contents of each scalar of the instance.
     pub(crate) fn holds(&self, fault: bool) -> Vec<(Place, Holds)> {
         let here = self.program.cells.iter().filter(|(id, _)| !self.elsewhere.contains_key(id));
         let mut all = Vec::new();
@@ -84,7 +84,7 @@ impl Emit<'_> {
         if fault {
             members.push(Member {
                 declaration: "bool fault : 1".to_string(),
-                note: "the last reaction did not settle, or a queue was full".to_string(),
+                note: "the last reaction did not become stable, or a queue was full".to_string(),
                 objects: Vec::new(),
             });
         }

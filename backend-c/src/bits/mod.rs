@@ -507,7 +507,7 @@ impl<'a> Emit<'a> {
         }
     }
 
-    /// The condition that one of the steps that assign the output is active, if it can call extern conditions.
+    /// The condition that some step that assigns the output is active; empty if the value of the output calls no extern conditions.
     fn carriers(&self, output: OutputId, value: &Expr) -> Vec<CExpr> {
         let steps = carriers(self.net, output, value);
         if steps.is_empty() {

@@ -25,7 +25,7 @@ pub(crate) enum Piece<'p> {
 pub(crate) struct Case<'p> {
     /// The steps that the case is for, each with its label.
     pub(crate) steps: Vec<(StepId, String)>,
-    /// What runs.
+    /// The pieces that run in this case.
     pub(crate) body: Vec<Piece<'p>>,
 }
 
@@ -219,7 +219,7 @@ impl Walk {
             if let Leaf::Temp(temp) = leaf {
                 let uses = &mut uses[*temp];
                 uses.functions.insert(function);
-                // Read before it is set (it would keep its value in a later round of a loop), or read from outside.
+                // It is read before it is set (it would keep its value in a later round of a loop), or outside of its block.
                 uses.escapes |= uses.sets == 0 || !block.starts_with(&uses.block);
             }
         }

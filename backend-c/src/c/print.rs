@@ -1,6 +1,6 @@
 //! C text as a tree, and the writer that prints it.
 //!
-//! The tree defines the layout; it does not depend on charts. All decisions (names, types, order, style) are made before, in
+//! The tree defines the layout; it does not depend on charts. All decisions (names, types, order, style) are made earlier, in
 //! [`crate::switch`], [`crate::bits`] and [`crate::header`]; the writer only indents, places comments and records the origin of each line.
 
 use crate::Object;
@@ -10,7 +10,7 @@ use grafsynth_ir::net::StepId;
 /// A piece of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Node {
-    /// What is printed.
+    /// The kind of the piece, with its contents.
     pub(crate) kind: Kind,
     /// A comment at the end of the (first) line; empty if there is none.
     pub(crate) note: String,

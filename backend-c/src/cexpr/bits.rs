@@ -10,7 +10,7 @@
 //! n band bnot m    n & (uint8_t)~m
 //! x shr 2          (int)(uint8_t)((uint8_t)(int)((int)x + 8) >> 2U) - 2      x is in -8..7
 //! ```
-//! If an operand can be negative, it is cast to the unsigned type as wide as the class that contains both operands, which is defined in C as the low bits of its
+//! If an operand can be negative, it is cast to the unsigned type as wide as the class that contains both operands; C defines the result as the low bits of the
 //! two's complement. A negative result is converted back: C leaves that conversion to the implementation, and all compilers keep the bits.
 
 use super::arith::sign;
@@ -28,20 +28,20 @@ pub(super) struct Word {
     is_composite: bool,
 }
 
-/// What is known about the bits of a number beyond its signed spelling.
+/// Known facts about the bits of a number, in addition to its signed spelling.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Bits {
     /// The number is a word.
     Word(Word),
     /// The number is the complement of this one.
     ComplementOf(CExpr),
-    /// The number is a word, and it is the other word with its sign bit inverted.
+    /// The number is the first word, which is the second word with its sign bit inverted.
     Flipped(Word, Word),
     /// The number is a word that is read in two's complement.
     Signed(Word),
 }
 
-/// The largest numbers of the unsigned types, which as masks are casts.
+/// The largest numbers of the unsigned types. A mask with such a number is written as a cast.
 const TYPES: [i64; 3] = [0xff, 0xffff, 0xffff_ffff];
 
 /// The width of the smallest unsigned type for `0..=most`.
@@ -108,7 +108,7 @@ impl Word {
         Word { text, n_bits, is_composite: false }
     }
 
-    /// Two operands, the narrower of which is widened if it is composite.
+    /// Two operands; the narrower one is widened if it is composite.
     fn paired(a: Word, b: Word) -> (Word, Word) {
         let n_bits = a.n_bits.max(b.n_bits);
         let wide = |word: Word| if word.is_composite { word.resized(n_bits) } else { word };
@@ -175,7 +175,7 @@ impl CExpr {
         self.as_word().unwrap_or_else(|| self.low_bits(unsigned_bits(self.hi)))
     }
 
-    /// The number within `lo..hi` that this word contains, or whose low bits it contains.
+    /// The number within `lo..hi` with this word as its exact value, or as its low bits.
     fn of_word(word: Word, (lo, hi): (i64, i64)) -> CExpr {
         let class = Class::of(lo, hi);
         if lo < 0 {
@@ -192,7 +192,7 @@ impl CExpr {
         }
     }
 
-    /// A bit operator whose result is in `lo..hi`, which is not a constant.
+    /// A bit operator whose result is in `lo..hi` and is not a constant.
     pub(super) fn bitwise(op: ArithOp, a: CExpr, b: CExpr, (lo, hi): (i64, i64)) -> CExpr {
         if let Some(same) = CExpr::unchanged(op, &a, &b) {
             return same;
@@ -326,7 +326,7 @@ impl CExpr {
             let quotient = CExpr::arith(ArithOp::Shr, lifted, by.clone());
             return CExpr::arith(ArithOp::Sub, quotient, CExpr::int(lift >> by_constant));
         }
-        // The same with the weight of the sign bit and modulo 2^n.
+        // The same with the weight of the sign bit as the addend, modulo 2^n.
         let n_bits = signed_bits(a.lo, a.hi).max(wider_than(by.hi));
         let sign = Word::literal(1 << (n_bits - 1), n_bits);
         let lifted = Word::joined(a.low_bits(n_bits).resized(n_bits), "^", sign.clone());

@@ -1,6 +1,6 @@
 //! Expressions in C, exact for every value and every width of `int`.
 //!
-//! Each C expression has the interval of its value and the *class* of C type it is computed in. There are three integer classes, all signed: `int`
+//! Each C expression has the interval of its value and the *class* of C type in which it is computed. There are three integer classes, all signed: `int`
 //! (at least 16 bits everywhere), `int32_t` and `int64_t`. An operator is computed in the smallest class that holds its result and both operands; when
 //! neither operand has that class yet, the left one is cast, and the usual arithmetic conversions widen the other. So nothing overflows, nothing is
 //! ever converted to an unsigned type by accident, and a compiler with a 16-bit `int` gives the same answer as one with 32 bits.

@@ -1,8 +1,8 @@
 //! ATmega with avr-gcc 5.4 `-Os -std=gnu99`. Time in cycles.
 //!
 //! Instructions: Microchip DS40002198 (AVR instruction set manual), column AVRe: `ld`/`ldd`/`st`/`std` 2, `lpm` 3, arithmetic 1, `adiw` 2, branches 2 taken,
-//! `rjmp` 2, `call` 4, `ret` 4, `push`/`pop` 2. The constants of multiplication and division are larger than the values that `scripts/constants` measures on
-//! simavr; those are the maximum over the operands.
+//! `rjmp` 2, `call` 4, `ret` 4, `push`/`pop` 2. The constants of multiplication and division are larger than the maximum over the operands that `scripts/constants`
+//! measures on simavr.
 
 use super::machine::{Machine, op};
 

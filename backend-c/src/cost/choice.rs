@@ -7,7 +7,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 
-/// What to optimise for.
+/// The optimisation goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Goal {
     /// Optimise for worst-case time. Among the styles within a tenth of the fastest, the one with the smallest code is chosen.

@@ -3,7 +3,7 @@
 //! Derived from the cycles of the instruction set (`mov`, `add` 1, `movx`, `movc`, jumps and calls 2, `mul`, `div` 4) and from the code that sdcc generates:
 //! it accesses instance, inputs and outputs by generic pointers, each byte by a library function (about 20 cycles); locals are in external RAM, and library
 //! products and quotients are computed bit by bit. The estimates are good enough to compare styles; they do not bound the time. The stack contains little
-//! but return addresses.
+//! more than return addresses.
 
 use super::machine::{Machine, op};
 

@@ -1,13 +1,13 @@
 //! Worst-case cost of a reaction: a static bound on time, stack and memory of the emitted C, and the worst-case path.
 //!
-//! [`bound`] reads the emitted text (not the chart: what is not in the text costs nothing) with the types that it declares, and adds up the cost of
+//! [`bound`] reads the emitted text (not the chart: an object that is not in the text costs nothing) with the types that it declares, and adds up the cost of
 //! each operation on a [`Machine`] whose constants are data. If paths diverge, the more expensive one counts: the branch of an `if`, the case of a
 //! `switch`, every operand of `&&`. Loops have bounds: a constant in their condition, or a bound that the emitter states (`c::print::Arm::at_most`)
-//! with its reason. A loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs what
-//! its function costs, and callees come before their callers. Text that the analysis does not know is an internal error ([`NotUnderstood`]), never a
+//! with its reason. A loop over micro-steps counts as many rounds as are proved ([`Rounds`]). There is no recursion, so a call costs as much
+//! as its function, and callees come before their callers. Text that the analysis does not know is an internal error ([`NotUnderstood`]), never a
 //! cost of 0.
 //!
-//! The compiler may do better. Where it may do worse (too few registers, merged tails), the constants include that; tests on simulated machines check
+//! The compiler may do better. The constants include the cases in which it may do worse (too few registers, merged tails). Tests on simulated machines check
 //! that a measured reaction never exceeds its bound.
 
 mod avr;
@@ -129,7 +129,7 @@ pub struct TaskBound {
 /// The bound of a package.
 ///
 /// # Errors
-/// Text that the analysis does not know. If an engine interprets the chart, the text does not determine the time; for a program,
+/// If the text contains something that the analysis does not know, or if an engine interprets the chart: then the text does not determine the time. For a program,
 /// [`Package::instructions`] reports how many of its instructions run.
 pub fn bound(package: &Package, machine: &Machine) -> Result<Bound, NotUnderstood> {
     if !package.image.is_empty() || package.style == "btrans" {

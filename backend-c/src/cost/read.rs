@@ -1,7 +1,7 @@
-//! Reads the emitted C with [`grafsynth_c`] and reduces its typed tree to what costs: implicit conversions and qualifiers are left out, objects keep their
-//! names, and constants of enumerations theirs.
+//! Reads the emitted C with [`grafsynth_c`] and reduces its typed tree to the parts that have a cost: implicit conversions and qualifiers are left out, but
+//! objects and enumeration constants keep their names.
 //!
-//! Valid C that the emitted text does not use is [`NotUnderstood`], and a test over random charts would find it.
+//! A C construct that the emitters do not use gives [`NotUnderstood`]. If an emitter starts to use one, a test with random charts fails.
 
 use super::NotUnderstood;
 use super::machine::Machine;

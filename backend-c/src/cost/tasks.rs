@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// so it does not depend on the options of the build. `asked` selects the tasks.
 ///
 /// # Errors
-/// A requested task calls user functions or contains user code, whose cost no model knows; or the net cannot be emitted.
+/// If a requested task calls user functions or contains user code, whose cost no model knows, or if the net cannot be emitted.
 pub fn tasks(
     net: &Valid<Net>,
     machine: &Machine,

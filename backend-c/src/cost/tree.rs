@@ -54,7 +54,7 @@ pub(super) enum Expr {
     Assign(Option<&'static str>, Box<Expr>, Box<Expr>),
     Choice(Box<Expr>, Box<Expr>, Box<Expr>),
     Cast(Type, Box<Expr>),
-    /// A value in braces, of a table or an aggregate; contains its length.
+    /// A value in braces, of a table or an aggregate; the payload is its length.
     List(u64),
     /// A label or a barrier: costs nothing.
     Nothing,

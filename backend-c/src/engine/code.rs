@@ -157,7 +157,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Rejects an expression whose value may not fit in 32 bits, with which the engine computes.
+    /// Rejects an expression whose value might exceed the 32 bits with which the engine computes.
     fn fits(&self, expr: &Expr) -> Result<(), Refusal> {
         let bounds = interval::net_type(self.plan.net, expr).map(|ty| ty.bounds());
         match bounds {

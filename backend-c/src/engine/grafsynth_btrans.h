@@ -115,10 +115,10 @@ typedef struct gb_run {
     bool fresh;      /* edges are still present */
 } gb_run_t;
 
-/* Resets the chart; returns true if it did not come to rest. */
+/* Resets the chart; returns true if it did not become stable. */
 bool gb_init(gb_run_t *run);
 
-/* Runs one reaction, dt ticks after the last; returns true if the chart did not come to rest. */
+/* Runs one reaction, dt ticks after the last; returns true if the chart did not become stable. */
 bool gb_step(gb_run_t *run, uint32_t dt);
 
 /* The value of an output. */

@@ -33,10 +33,10 @@ typedef struct {
 /* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */
 uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room);
 
-/* Resets the chart; returns true if it did not come to rest. Each input must be 0, or the value of its range nearest to 0. */
+/* Resets the chart; returns true if it did not become stable. Each input must be 0, or the value of its range nearest to 0. */
 bool gs_init(gs_run_t *run);
 
-/* Runs one reaction, dt ticks after the last; returns true if the chart did not come to rest. */
+/* Runs one reaction, dt ticks after the last; returns true if the chart did not become stable. */
 bool gs_step(gs_run_t *run, int32_t dt);
 
 #ifdef __cplusplus

@@ -53,7 +53,7 @@ typedef struct {
     uint16_t number; /* of the request that gp_go returned */
     uint8_t depth;
     uint8_t loops;
-    bool fault; /* the chart did not come to rest, or a queue was full */
+    bool fault; /* the chart did not become stable, or a queue was full */
 } gp_run_t;
 
 /* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 const VERSION: u8 = 1;
 /// Bytes before the first section.
 const HEADER: usize = 84;
-/// The position of the checksum; it covers all bytes, with its own taken as 0.
+/// The position of the checksum, which covers all bytes; its own bytes count as 0.
 const CHECKSUM: std::ops::Range<usize> = 8..12;
 /// The number for "none" in a row that can refer to another row.
 pub(super) const NONE: u16 = 0xffff;
@@ -54,7 +54,7 @@ const TITLES: [&str; 14] = [
     "lists: first, number",
     "items of lists: a state; 0x4000 and more the initial content of one; 0x8000 and more a history",
     "histories: owner, first case, number of cases, default, its content",
-    "cases: state, what is entered",
+    "cases: state, entered states",
     "variables: initial value, least, most",
     "timers: state, cap",
     "edges: operand",

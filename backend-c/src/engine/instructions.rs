@@ -1,7 +1,7 @@
 //! The maximum number of instructions of a program that one reaction runs.
 //!
 //! The code is its own proof: parts are contained in the instruction before them and nested, and loops state their rounds, so one pass finds the
-//! worst-case path. The time of an instruction does not depend on the code: the engine interprets it.
+//! worst-case path. The time of each instruction is a property of the engine, not of the code.
 
 use super::bytes::{OPERANDS, Op};
 

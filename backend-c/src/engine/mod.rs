@@ -1,8 +1,8 @@
 //! The style `engine`: the chart as tables that a small engine interprets, after the paper on statechart engines for CNC controllers.
 //!
 //! The engine (`grafsynth_engine.c`) is the same text for all charts: after a change of the chart only `NAME_tables.c` differs. It reads rows of
-//! states and of transitions like the paper's `BSTATE` and `BTRANS`: the transitions on an event whose origin is active, exits up to the common
-//! ancestor, action, entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows,
+//! states and of transitions like the paper's `BSTATE` and `BTRANS`: it finds the transitions on an event whose origin is active, then runs the exits up to the
+//! common ancestor, the action, and the entries down to atomic states. The lists that the paper computes at run time from `descendant` and `sibling` are in the rows,
 //! taken from the net; instead of a search over all transitions there is an index by event. The same rows represent Grafcet charts: a list of source
 //! steps and a list of target steps.
 //!
@@ -72,7 +72,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Result<T, Refusal> {
 /// Emits the net in this style.
 ///
 /// # Errors
-/// The net uses something that the engine does not support.
+/// If the net uses something that the engine does not support.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<StyleOutput, Refusal> {
     if options.trace.is_some() {
         return refuse("a trace ring", net.name.span);
@@ -574,7 +574,7 @@ fn emit(
         member(&format!("int32_t values[{upper}_VALUES]"), "variables, timers"),
     ];
     if has_fault {
-        instance.push(member("bool fault", "the last reaction did not come to rest"));
+        instance.push(member("bool fault", "the last reaction did not become stable"));
     }
     let has_out = room.outputs > 0;
     let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
@@ -706,7 +706,7 @@ fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> 
 fn declarations(load: &str) -> Vec<Node> {
     vec![
         Node::comment(
-            "Resets with an image: GS_OK, or why it is rejected; the instance is then unchanged. The image must stay in place.",
+            "Resets with an image. Returns GS_OK, or why the image is rejected; the instance is then unchanged. The image must stay in place.",
         ),
         Node::line(format!("{load};")),
         Node::blank(),

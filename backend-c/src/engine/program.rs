@@ -1,4 +1,4 @@
-//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code. It serves everything that the tables of states and
+//! The second kind of image: the reaction program of `grafsynth_ir::lower::program` as byte code. It is used for everything that the tables of states and
 //! transitions have no columns for.
 //!
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
@@ -195,7 +195,7 @@ fn image(
 
 // --- text --------------------------------------------------------------------------------------------------------------------------------------
 
-/// Locals of the emitted functions; the user's library may have functions with these names.
+/// Locals of the emitted functions; functions of the user's library may have the same names.
 struct Locals {
     run: String,
     inputs: String,
@@ -244,7 +244,7 @@ fn emit(
     if room.sets_fault {
         instance.push(member(
             "bool fault",
-            "the last reaction did not come to rest, or a queue was full",
+            "the last reaction did not become stable, or a queue was full",
         ));
     }
     let has_out = !places.outputs.is_empty();
@@ -473,7 +473,7 @@ fn parameters(names: &Names, net: &Net, nodes: &[Node]) -> (String, String) {
 }
 
 /// The body of a reset or a reaction.
-#[expect(clippy::too_many_arguments, reason = "what one function of the text is made of")]
+#[expect(clippy::too_many_arguments, reason = "the parts of one function of the text")]
 fn reaction(
     net: &Net,
     names: &Names,

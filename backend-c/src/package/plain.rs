@@ -33,9 +33,9 @@ fn head(chart: &Chart<'_>) -> String {
         "C99 with a Makefile (GNU make).\n\n\
          | command | does |\n|---|---|\n\
          | `make`, `make TOOLCHAIN=clang` | builds `example/host.c`: each line of standard input is a reaction |\n\
-         | `make run < rows` | runs it |\n\
+         | `make run < rows` | runs the example on the lines of the file `rows` |\n\
          | `make TOOLCHAIN=avr MCU=atmega328p F_CPU=16000000UL` | firmware of `example/board.c` for an AVR |\n\
-         | `make TOOLCHAIN=avr flash PROGRAMMER=arduino PORT=/dev/ttyUSB0` | writes it with avrdude |\n\
+         | `make TOOLCHAIN=avr flash PROGRAMMER=arduino PORT=/dev/ttyUSB0` | writes the firmware with avrdude |\n\
          | `make TOOLCHAIN=arm CPU=cortex-m3` | firmware for a Cortex-M; `FLASH_START`, `FLASH_SIZE`, `RAM_START`, `RAM_SIZE` are its memories, `flash` calls st-flash |\n\
          | `make TOOLCHAIN=sdcc` | firmware for an 8051 with external RAM (`MODEL=small` without); `flash` calls stcgal |\n\
          | `make TOOLCHAIN=.. size` | prints the memory that the program uses |\n\n\

@@ -1,10 +1,10 @@
 //! CHECK and the selection of §4, event by event.
 //!
 //! Each region that has transitions on the event determines the first fireable one from the active state outwards (inner-first) or from the outside
-//! inwards (outer-first). With one region that is the whole selection. With several, a transition whose source contains a parallel state is offered
-//! only by regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner, then the
-//! earlier one wins: flags record whether something *moved* in a parallel state, and whether something *left* it. Such flags exist only if a
-//! transition on this event leaves a parallel state or has a source that contains one.
+//! inwards (outer-first). If there is only one region, the selection is complete. If there are several, a transition whose source contains a parallel
+//! state is offered only by regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner
+//! one (if neither is, the earlier one) wins: flags record whether something *moved* in a parallel state, and whether something *left* it. Such flags
+//! exist only if a transition on this event leaves a parallel state or has a source that contains one.
 
 use super::Emit;
 use super::tables::Row;
@@ -171,7 +171,7 @@ impl Emit<'_> {
         self.define(&wanted, self.number_type(region), true, &[], body)
     }
 
-    /// A table of the single transition that each of some states offers on an event, indexed by the active state; `None` if there are few such states.
+    /// A table of the single transition that each of these states offers on an event, indexed by the active state; `None` if there are few such states.
     fn table_of_firsts(
         &mut self,
         region: usize,
@@ -208,7 +208,7 @@ impl Emit<'_> {
         vec![Node::when(&guard.not().text, vec![Node::line("return 0;")])]
     }
 
-    /// The first fireable one of some transitions, and whether one of them is always fireable.
+    /// The number of the first fireable transition of a list, and whether one of them is always fireable.
     fn first_of(&mut self, ids: &[TransitionId]) -> (Vec<Node>, bool) {
         let names: Vec<(TransitionId, String)> =
             ids.iter().map(|id| (*id, self.fires[*id].clone())).collect();
@@ -589,7 +589,7 @@ impl Emit<'_> {
     }
 }
 
-/// The condition that the number of a transition fulfils a comparison while a flag is set.
+/// The condition that a comparison (of the number of a transition) is true and a flag is set.
 fn both(comparison: &str, flag: &str) -> CExpr {
     let comparison = CExpr::condition(comparison, Prec::Compare);
     CExpr::and([comparison, CExpr::condition(flag, Prec::Atom)])

@@ -25,7 +25,7 @@ const TABLE: usize = 4;
 /// The entry code of the transitions of a region.
 #[derive(Debug, Clone)]
 pub(super) struct Entries {
-    /// One for each transition, in their order.
+    /// The cases of the transitions, in the order of the transitions.
     cases: Vec<Case>,
     /// The statements that assign the variable after the transitions whose case is empty.
     plain: Vec<Node>,
@@ -149,7 +149,7 @@ impl Emit<'_> {
         if let Some(function) = self.enters.get(&key) {
             return function.clone();
         }
-        // What a separate function enters does not depend on the calling transition.
+        // The states that a separate function enters do not depend on the calling transition.
         let target = self.target.take();
         let mut body = self.enter_state(key.0);
         let mut list = vec![Enter::Step(key.0)];
@@ -203,7 +203,7 @@ impl Emit<'_> {
         Some((length, Node::line(format!("{call};")).about(Object::Step(last))))
     }
 
-    /// The function that enters an atomic state of a region and its ancestors, as far as they are deeper than a given depth.
+    /// The function that enters an atomic state of a region and those of its ancestors that are deeper than a given depth.
     fn define_path(&mut self, region: usize) -> Function {
         let data = &self.plan.regions[region];
         let mut by_depth: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
@@ -350,7 +350,7 @@ impl Emit<'_> {
         (!body.is_empty()).then(|| self.define(&wanted, "void", false, &own, body))
     }
 
-    /// The common entry of some transitions, for the chosen one; `None` if they differ, or if a call of [`Emit::enter`] is as short.
+    /// The common entry of these transitions, for the chosen one; `None` if they differ, or if a call of [`Emit::enter`] is as short.
     pub(super) fn enter_at_once(
         &mut self,
         region: usize,
@@ -461,7 +461,7 @@ impl Emit<'_> {
 
     // --- histories -------------------------------------------------------------------------------------------------------------------------
 
-    /// The function that enters what a history has recorded.
+    /// The function that enters the states that a history has recorded.
     fn restore(&mut self, id: HistoryId) -> Function {
         if let Some(function) = self.restores.get(&id) {
             return function.clone();
@@ -531,7 +531,7 @@ impl Emit<'_> {
         function
     }
 
-    /// The function that enters what a deep history has recorded in one region.
+    /// The function that enters the states that a deep history has recorded in one region.
     fn restore_region(&mut self, id: HistoryId, region: usize) -> Function {
         let owner = self.net.histories[id].owner;
         let (first, last) = if self.plan.region_of[owner] == region {

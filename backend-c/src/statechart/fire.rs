@@ -227,7 +227,7 @@ impl Emit<'_> {
         Some(self.define(&wanted, "void", false, &[(ty, "taken")], body))
     }
 
-    /// The common exit of some transitions, if others of the region exit other states.
+    /// The common exit of these transitions, if other transitions of the region exit other states.
     pub(super) fn leave_at_once(&mut self, region: usize, ids: &[TransitionId]) -> Option<Node> {
         let domain = |id: &TransitionId| self.plan.routes[*id].and_then(|route| route.domain);
         let exits = |it: &(usize, u32)| self.has_exits(it.0, it.1);

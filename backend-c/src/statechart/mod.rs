@@ -47,7 +47,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// The net in this style.
 ///
 /// # Errors
-/// The style does not support something in the net, or the net has no reaction program.
+/// If the style does not support something in the net, or the net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,
@@ -255,7 +255,7 @@ pub(super) struct Emit<'a> {
     paths: BTreeMap<usize, text::Function>,
     /// Functions for long entry lists.
     entry_lists: BTreeMap<StepId, text::Function>,
-    /// Functions that enter what a history has recorded.
+    /// Functions that enter the states that a history has recorded.
     restores: BTreeMap<HistoryId, text::Function>,
     /// Constant tables by type and contents.
     tables: BTreeMap<(&'static str, Vec<usize>), tables::Table>,
@@ -446,7 +446,7 @@ impl Emit<'_> {
             for (region, name) in kept {
                 let count = self.plan.regions.get(*region).map_or(1, |it| it.terminals.len());
                 let note = format!(
-                    "history {} of {}: what was active at its last exit",
+                    "history {} of {}: the states that were active at its last exit",
                     history.name, self.net.steps[history.owner].name
                 );
                 add(count, name, note, vec![Object::Step(history.owner)]);

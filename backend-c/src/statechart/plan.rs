@@ -67,10 +67,10 @@ pub(super) struct Route {
     pub(super) domain: Option<(usize, u32)>,
 }
 
-/// What a history records.
+/// The data that a history records.
 #[derive(Debug, Clone)]
 pub(super) enum Memory {
-    /// The variable of the owner's region, and for each state that the history may record, what is entered.
+    /// The variable of the owner's region, and for each state that the history may record, the states that are entered.
     One(usize, Vec<(StepId, Vec<Enter>)>),
     /// The variables of these regions, all inside the owner, in document order: a deep history over several regions.
     Deep(Vec<usize>),
@@ -323,7 +323,7 @@ fn post_order(plan: &Plan) -> Vec<usize> {
 }
 
 /// Rejects a chart in which the order of actions depends on the situation. It does if a transition of a state with several regions can be selected together
-/// with one inside, before or after it depending on the active states: one of the two exits nothing, and both have actions.
+/// with a transition inside that state, and comes before or after it depending on the active states. In such a pair one exits nothing, and both have actions.
 fn fixed_order(net: &Net, plan: &Plan) -> Result<(), Refusal> {
     if net.settings.policy != Policy::InnerFirst {
         return Ok(());
@@ -366,7 +366,7 @@ fn meet(a: &Transition, b: &Transition) -> bool {
     a.events.iter().any(|event| b.events.contains(event))
 }
 
-/// What a history records; `None` if its cases are not of a known form.
+/// The data that a history records; `None` if its cases are not of a known form.
 fn memory(net: &Net, plan: &Plan, id: HistoryId) -> Option<Memory> {
     let history = &net.histories[id];
     let owner = history.owner;

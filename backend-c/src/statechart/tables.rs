@@ -1,6 +1,6 @@
 //! Constant tables: data that differ only by a number between the transitions or states of a region.
 //!
-//! Regions of the same structure have the same numbers in their tables; they share them, even if the names differ.
+//! Regions of the same structure have the same numbers in their tables, so such regions share their tables, even if the names differ.
 
 use super::Emit;
 use crate::Object;

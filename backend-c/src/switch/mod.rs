@@ -19,7 +19,7 @@ use grafsynth_ir::net::Net;
 /// The net in this style.
 ///
 /// # Errors
-/// The style does not support something in the net, or the net has no reaction program.
+/// If the style does not support something in the net, or the net has no reaction program.
 pub(crate) fn program(
     net: &Valid<Net>,
     facts: &Facts,

@@ -3,7 +3,7 @@
 //! # State variables
 //! Every proved sequential component becomes one state variable; a step in no component becomes a variable of its own with the values *none* and
 //! *active*. A micro-step handles the variables in order. A transition is decided at its *owner*: the first variable from which it takes a step.
-//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all are
+//! Its effect on later variables is stored in a flag, and a step that it adds to a variable from which it takes nothing is added after all variables are
 //! handled. So every receptivity is read before anything it depends on changes, without a second copy of the state. If that is impossible, the net is
 //! rejected with the reason, and the caller uses the style `bits`.
 
@@ -292,7 +292,7 @@ fn output_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     net.outputs.values().flat_map(|output| output.driver.exprs())
 }
 
-/// The expressions of what runs after the evolution, besides outputs: controlled actions and free timers.
+/// The expressions that are evaluated after the evolution, except those of outputs: controlled actions and free timers.
 fn frame_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     (net.timers.values().map(|timer| &timer.condition)).chain(net.actions.values().flat_map(
         |action| {
@@ -372,7 +372,7 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
             return refuse("lists in a branch that is entered from outside", span);
         }
     }
-    // A list or receptivity may read only what its own variable's lists write.
+    // Of the variables that lists write, a list or receptivity may read only those that the lists of its own state variable write.
     let foreign = |expr: &Expr, machine: usize| {
         expr.leaves().any(|leaf| {
             matches!(leaf, Leaf::Var(var) if writer[*var].is_some_and(|owner| owner != machine))

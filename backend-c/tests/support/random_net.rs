@@ -3,7 +3,7 @@
 use super::*;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 
-/// What a random net may use.
+/// The features that a random net may use.
 #[derive(Clone, Copy)]
 pub(crate) struct Flavour {
     pub(crate) policy: Policy,

@@ -49,7 +49,7 @@ pub(super) const ATF750C: Device = Device {
         Figure {
             what: "171 rows of 84 columns: 120 terms of sums, and an enable, two clocks and two resets for each of ten macrocells, and a preset",
             source: Source::Read(
-                "sizes in the programmer afterburner; their distribution is our calculation",
+                "sizes from the software afterburner; their distribution is our own calculation",
             ),
         },
         Figure {

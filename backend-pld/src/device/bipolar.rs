@@ -20,7 +20,7 @@ const fn cell(pin: u32, row: u32, n_rows: u32, kind: bool, is_high: bool) -> Cel
     }
 }
 
-/// Eight macrocells of eight rows, from pin 19 down: the middle `n_registers` are registers, the outer ones have an enable term.
+/// Eight macrocells of eight rows, from pin 19 down: the middle `n_registers` are registers, and the outer ones have an enable term.
 const fn eights(n_registers: u32) -> [CellFuses; 8] {
     let mut cells = [cell(0, 0, 8, SWITCHED, false); 8];
     let (mut at, outer) = (0, (8 - n_registers) / 2);

@@ -7,10 +7,7 @@ const BSDL: &str =
     "boundary scan descriptions of the manufacturer (BSDL), in whitequark's prjbureau";
 
 const FIGURES: &[Figure] = &[
-    Figure {
-        what: "pins, supplies, JTAG pins, macrocell behind each pin",
-        source: Source::Read(BSDL),
-    },
+    Figure { what: "pins, supplies, JTAG pins, macrocell of each pin", source: Source::Read(BSDL) },
     Figure {
         what: "five product terms per macrocell, at most 40 with those of others; D, T or latch",
         source: Source::Read("Atmel data sheets 0995, 0950 and 0784, features"),

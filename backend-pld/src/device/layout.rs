@@ -9,7 +9,7 @@
 /// The fuse map of a device.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// The number of all fuses, including those of the signature.
+    /// The total number of fuses, including those of the signature.
     pub n_fuses: u32,
     /// The number of fuses of a row.
     pub n_columns: u32,
@@ -172,7 +172,7 @@ impl Mode {
         self.columns.iter().find(|(known, _)| *known == pin).map(|(_, column)| *column)
     }
 
-    /// The shape under a value of the macrocell's fuse.
+    /// The shape for a value of the macrocell's fuse.
     #[must_use]
     pub fn shape(&self, kind: Option<bool>) -> Option<&'static Shape> {
         self.shapes.iter().find(|shape| shape.kind == kind)

@@ -1,7 +1,7 @@
 //! Devices as data.
 //!
-//! There is one file per family. Each device lists its figures with their sources ([`Figure`]): the document in which a figure was read, or that it
-//! is from memory. A fuse map is written only for devices whose map was read ([`Device::layout`]), and a fit that uses a figure from memory reports
+//! There is one file per family. Each device lists its figures with their sources ([`Figure`]): the document in which a figure was read, or a note that it
+//! is from memory. A fuse map is written only for devices whose map has a source ([`Device::layout`]), and a fit that uses a figure from memory reports
 //! that.
 
 mod atf;
@@ -163,7 +163,7 @@ const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macr
     Macrocell { pin, registered_terms, combinational_terms, flip_flops, has_xor: false, block: 0 }
 }
 
-/// The supply pins of a dual in-line package: ground is the last pin of the first side, the supply voltage is the last pin of all.
+/// The supply pins of a dual in-line package: ground is the last pin of the first side, and the supply voltage is the last pin of all.
 const DIP_20: (&[u32], &[u32]) = (&[10], &[20]);
 const DIP_24: (&[u32], &[u32]) = (&[12], &[24]);
 

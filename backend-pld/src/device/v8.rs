@@ -75,7 +75,7 @@ pub(super) const REGISTERED_16: &[(u32, u32)] = &[
     (19, 2),
 ];
 
-/// The fuses of a GAL16V8: SYN is 2192, AC0 is 2193.
+/// The fuses of a GAL16V8: SYN is 2192, and AC0 is 2193.
 pub(super) static LAYOUT_16: Layout = Layout {
     n_fuses: 2194,
     n_columns: 32,
@@ -127,7 +127,7 @@ pub(super) static LAYOUT_16: Layout = Layout {
     source: READ,
 };
 
-/// The fuses of a GAL20V8: SYN is 2704, AC0 is 2705.
+/// The fuses of a GAL20V8: SYN is 2704, and AC0 is 2705.
 pub(super) static LAYOUT_20: Layout = Layout {
     n_fuses: 2706,
     n_columns: 40,

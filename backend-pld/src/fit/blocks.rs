@@ -1,6 +1,6 @@
 //! Placement on a device with logic blocks: not every macrocell has a pin, and each block can read only a limited number of signals.
 //!
-//! The checks use what equations determine: macrocells, macrocells that wide sums take from their neighbours, pins with a macrocell, and the
+//! The checks use only data that equations determine: macrocells, macrocells that wide sums take from their neighbours, pins with a macrocell, and the
 //! number of signals that a block reads. Functions without a pin are assigned to a block but to no macrocell: the fitter chooses the macrocell and
 //! the routing of every signal.
 
@@ -62,7 +62,7 @@ impl Equations {
         Some(Misfit::new(self, vec![obstacles]))
     }
 
-    /// Assigns functions to blocks and visible signals to pins. `free` contains the pins without a request, `needs` the requirement of each
+    /// Assigns functions to blocks and visible signals to pins. `free` contains the pins without a request, and `needs` the requirement of each
     /// signal.
     fn assign_blocks(
         &mut self,

@@ -31,8 +31,8 @@ impl Equations {
     /// Makes all decisions.
     ///
     /// # Errors
-    /// Sums over budget, power-up values that the device cannot provide, pins that do not exist, and, if the language needs pin numbers, a design that
-    /// does not fit.
+    /// Returns findings about sums over budget, power-up values that the device cannot provide, pins that do not exist, and, if the language needs pin numbers,
+    /// a design that does not fit.
     pub fn new(
         logic: &Logic,
         dialect: Dialect,
@@ -254,7 +254,7 @@ impl Equations {
     }
 }
 
-/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), the clock last (its name is generated).
+/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), and the clock is last (its name is generated).
 fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
     let inputs = logic
         .inputs

@@ -6,8 +6,8 @@
 //! f = p1 + .. + p20                    n = p15 + .. + p20        a part: no factor is needed, one product reads it
 //!                                  =>  f = p1 + .. + p14 + n
 //! ```
-//! A divisor needs a macrocell, is read through the array and so adds one pass. It may serve several functions. The search tries one divisor,
-//! then two, and so on up to the number of spare macrocells. Of the smallest number of divisors with which the design fits, it chooses those with the
+//! A divisor needs a macrocell. It is read through the array, so it adds one pass. It may serve several functions. The search tries one divisor,
+//! then two, and so on up to the number of spare macrocells. Of the smallest sets of divisors with which the design fits, it takes the one with the
 //! fewest product terms; it tries at most [`MOST_TRIES`] placements in each mode. Divisors are the kernels that two products have in common (Brayton
 //! and McMullen) and parts cut to the widths that the device has.
 
@@ -136,7 +136,7 @@ fn union(a: &[(SignalIndex, bool)], b: &[(SignalIndex, bool)]) -> Product {
     all
 }
 
-/// The kernels of a sum that save the most. A kernel is what remains of the products that contain the common literals of two products, without these literals.
+/// The kernels of a sum that save the most. For two products, the kernel is the sum of all products that contain their common literals, without these literals.
 fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
     if sum.len() > MOST_PRODUCTS {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Reports what does not fit, in the user's terms.
+//! Reports why a design does not fit, in the user's terms.
 
 use super::attempt::Attempt;
 use super::need::Need;
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 /// The maximum number of locations that a finding shows for one function.
 const MOST_CAUSES: usize = 4;
 
-/// What a device lacks in each of its modes.
+/// The resources that a device lacks in each of its modes.
 #[derive(Debug)]
 pub(crate) struct Misfit {
     modes: Vec<Obstacles>,
@@ -24,13 +24,13 @@ pub(crate) struct Misfit {
     n_signals: usize,
 }
 
-/// What a device lacks in one mode.
+/// The resources that a device lacks in one mode.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Obstacles {
     pub(crate) mode: &'static str,
     /// Inputs without a pin, by name.
     pub(crate) inputs: Vec<String>,
-    /// Functions without a macrocell: those that are wide enough are all in use, or the device has no flip-flops.
+    /// Functions without a macrocell: every macrocell that is wide enough is in use, or the device has no flip-flops.
     functions: Vec<String>,
     /// Combinational functions, if every macrocell is registered.
     combinational: Vec<String>,

@@ -101,10 +101,10 @@ pub enum Refusal {
 impl std::fmt::Display for Refusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Refusal::NoSuchPin(n_pins) => write!(f, "it has {n_pins} pins"),
+            Refusal::NoSuchPin(n_pins) => write!(f, "the device has {n_pins} pins"),
             Refusal::Supply => write!(f, "it is a supply pin"),
             Refusal::Jtag => write!(f, "it is a JTAG pin, which is used to program the device"),
-            Refusal::ClockIs(pin) => write!(f, "its clock is pin {pin}"),
+            Refusal::ClockIs(pin) => write!(f, "the clock of the device is pin {pin}"),
             Refusal::Clock => write!(f, "it is the clock"),
             Refusal::Control => write!(f, "it controls all registered outputs"),
             Refusal::NoFlops => write!(f, "the device has no flip-flops"),
@@ -118,8 +118,12 @@ impl std::fmt::Display for Refusal {
             Refusal::Wide { terms, limit } => {
                 write!(f, "the function has {terms} product terms, the macrocell {limit}")
             }
-            Refusal::NoFeedback(mode) => write!(f, "no output is read back in its {mode} mode"),
-            Refusal::Deaf(Some(mode)) => write!(f, "it cannot be read in its {mode} mode"),
+            Refusal::NoFeedback(mode) => {
+                write!(f, "no output is read back in the {mode} mode of the device")
+            }
+            Refusal::Deaf(Some(mode)) => {
+                write!(f, "it cannot be read in the {mode} mode of the device")
+            }
             Refusal::Deaf(None) => write!(f, "no term can read it"),
         }
     }

@@ -4,7 +4,7 @@
 //! p2 := m * p1 + /b * p2          R := m * p1 + /b * R       step p2 and output R are one pin
 //! R   = p2                   =>
 //! ```
-//! The test uses the minimised sum: it must be a single literal of the flip-flop, perhaps only with don't-cares, so that a bit of a compact code can be
+//! The test uses the minimised sum: it must be a single literal of the flip-flop, possibly only because of don't-cares. A bit of a compact code can therefore be
 //! an output. An output that is the complement of a flip-flop shares its macrocell as well: the pin then shows the complement, which starts with the
 //! other value. If registered pins are always high after power-up ([`PowerUp::PinsHigh`]), only an output that is true at first can be the pin itself.
 

@@ -151,7 +151,7 @@ fn divided_sums_fit_and_are_what_they_were() {
 
 #[test]
 fn a_factor_needs_one_macrocell_where_parts_need_two() {
-    // (a + b + c + d + e) * (f + g + h + i + j): 25 products; a factor reduces them to 5, parts of 16 would reduce them to 10.
+    // (a + b + c + d + e) * (f + g + h + i + j): 25 products; a factor reduces them to 5; parts of 16 would reduce them to 10.
     let mut builder = Builder::default();
     let inputs: Vec<NodeId> = (0..10).map(|k| builder.input_named(&format!("i{k}"))).collect();
     let (left, right) = (builder.or(inputs[..5].to_vec()), builder.or(inputs[5..].to_vec()));

@@ -12,7 +12,7 @@ use grafsynth_ir::diag::Diagnostic;
 /// A term that is never true is written as a literal and its complement over the macrocell's own pin.
 ///
 /// # Errors
-/// Devices without a known fuse map, and settings that no data sheet describes.
+/// If the device has no known fuse map, or if no data sheet describes a setting.
 pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     let Some(layout) = map.device.layout else {
         return Err(vec![super::map::no_map(map.device)]);
@@ -46,7 +46,7 @@ pub fn decode(map: &FuseMap) -> Result<Placement, Vec<Diagnostic>> {
     if found.is_empty() { Ok(placement) } else { Err(found) }
 }
 
-/// What to do with fuses that make no sense for a device.
+/// The help text for fuses that make no sense for a device.
 const OTHER_DEVICE: &str =
     "check that the file is for this device and was not changed: get it from its source again";
 

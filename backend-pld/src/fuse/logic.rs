@@ -10,7 +10,7 @@ use grafsynth_ir::net::Meta;
 use grafsynth_ir::span::{Name, Span};
 use grafsynth_logic::build::Builder;
 
-/// What a pin represents.
+/// The object that a pin represents.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Role {
     /// The pin.
@@ -26,8 +26,8 @@ pub struct Role {
 /// device.
 ///
 /// # Errors
-/// A circuit without a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have a role,
-/// combinational loops.
+/// If the placement is not a circuit with a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have
+/// a role, combinational loops.
 pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnostic>> {
     let own;
     let roles = if roles.is_empty() {

@@ -12,8 +12,8 @@ use grafsynth_ir::diag::Diagnostic;
 /// The fuses of a placement. Idle macrocells and unused rows are zero, so they are never true.
 ///
 /// # Errors
-/// Everything that the device cannot hold: pins that do not exist or cannot be read, sums that are too wide, terms that it does not have; and devices
-/// without a known fuse map.
+/// Returns everything that the device cannot hold: pins that do not exist or cannot be read, sums that are too wide, terms that it does not have. A device
+/// without a known fuse map is also an error.
 pub fn map(placement: &Placement) -> Result<FuseMap, Vec<Diagnostic>> {
     let Some(layout) = placement.device.layout else {
         return Err(vec![no_map(placement.device)]);
@@ -86,7 +86,7 @@ fn choose_mode(placement: &Placement, layout: &'static Layout) -> (&'static Mode
     }
 }
 
-/// What a mode cannot hold of a design; sums are not counted.
+/// The parts of a design that a mode cannot hold; sums are not counted.
 fn refusals(placement: &Placement, layout: &Layout, mode: &Mode) -> Vec<Diagnostic> {
     let device = placement.device;
     let in_mode = |text: String| {

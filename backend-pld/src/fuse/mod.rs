@@ -1,7 +1,7 @@
 //! Fuse maps: the data that is programmed into a device.
 //!
 //! ```text
-//! Placement ── map ──► FuseMap ── decode ──► Placement      compared with what was meant (differences)
+//! Placement ── map ──► FuseMap ── decode ──► Placement      compared with the intended one (differences)
 //!                         │
 //!                         └────── sim::Chip ──► levels on pins, clock by clock
 //! ```

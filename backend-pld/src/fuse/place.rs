@@ -11,7 +11,7 @@ use std::rc::Rc;
 /// Chooses forms and pins for a circuit and puts each function into its macrocell; also returns the role of each pin.
 ///
 /// # Errors
-/// What the device cannot hold, and devices without a fuse map.
+/// If the device cannot hold the circuit, or has no fuse map.
 pub fn place(
     logic: &Logic,
     options: &EmitOptions,

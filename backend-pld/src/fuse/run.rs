@@ -46,7 +46,7 @@ impl<'a> Burned<'a> {
     /// The device just after power-up. `roles` map pins to parts of `logic`; parts are found by kind and name.
     ///
     /// # Errors
-    /// A device that the simulator cannot run.
+    /// If the simulator cannot run the device.
     pub fn new(map: &'a FuseMap, logic: &Logic, roles: &[Role]) -> Result<Self, Box<Diagnostic>> {
         let mut chip = Chip::new(map)?;
         // Two flip-flops may have the same name: the first of the circuit is the first of the roles, and so on.
@@ -127,7 +127,7 @@ impl Parts for Burned<'_> {
 /// Compares a device with a circuit from power-up, in 64 parallel runs with random inputs; returns the first difference in words.
 ///
 /// # Errors
-/// A device that the simulator cannot run.
+/// If the simulator cannot run the device.
 pub fn difference(
     map: &FuseMap,
     logic: &Logic,

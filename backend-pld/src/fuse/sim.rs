@@ -91,7 +91,7 @@ impl<'a> Chip<'a> {
     /// A device just after power-up, with all pins pulled high.
     ///
     /// # Errors
-    /// A device without a known fuse map, an undefined setting, or levels that do not settle.
+    /// If the device has no known fuse map, if a setting is undefined, or if the levels do not settle.
     pub fn new(map: &'a FuseMap) -> Result<Self, Box<Diagnostic>> {
         let layout = map.device.layout.ok_or_else(|| Box::new(super::map::no_map(map.device)))?;
         let is_set = |mode: &&Mode| mode.fuses.iter().all(|(fuse, on)| map.get(*fuse) == *on);
@@ -138,7 +138,7 @@ impl<'a> Chip<'a> {
     /// Cycles the power: flip-flops are 0 again, the levels applied to the pins stay.
     ///
     /// # Errors
-    /// Levels that do not settle.
+    /// If the levels do not settle.
     pub fn power_up(&mut self) -> Result<(), Box<Diagnostic>> {
         // While the reset is active, clock changes of settling levels are not edges.
         self.is_held = true;
@@ -150,7 +150,7 @@ impl<'a> Chip<'a> {
     /// Applies levels to pins, one bit per run, all at once.
     ///
     /// # Errors
-    /// Levels that do not settle.
+    /// If the levels do not settle.
     pub fn put(&mut self, pins: &[(u32, u64)]) -> Result<(), Box<Diagnostic>> {
         for &(pin, value) in pins {
             if let Some(place) = self.put.get_mut(pin as usize) {
@@ -163,7 +163,7 @@ impl<'a> Chip<'a> {
     /// Applies a pulse to a clock pin: low, high, low.
     ///
     /// # Errors
-    /// Levels that do not settle.
+    /// If the levels do not settle.
     pub fn pulse(&mut self, pin: u32) -> Result<(), Box<Diagnostic>> {
         self.put(&[(pin, 0)])?;
         self.put(&[(pin, u64::MAX)])?;
@@ -228,7 +228,7 @@ impl<'a> Chip<'a> {
     /// Copies the state of this run to all runs: flip-flops and applied levels.
     ///
     /// # Errors
-    /// Levels that do not settle.
+    /// If the levels do not settle.
     pub fn fork(&mut self, run: u32) -> Result<(), Box<Diagnostic>> {
         let spread = |word: u64| if word >> (run & 63) & 1 == 1 { u64::MAX } else { 0 };
         for cell in &mut self.cells {

@@ -74,7 +74,7 @@ pub fn enough(placement: &Placement) -> usize {
 /// Generates vectors: the levels after power-up, then `first` (levels of inputs by pin, one clock each), then a walk up to `n` vectors.
 ///
 /// # Errors
-/// A device that the simulator cannot run.
+/// If the simulator cannot run the device.
 pub fn vectors(
     map: &FuseMap,
     placement: &Placement,
@@ -95,7 +95,7 @@ pub fn vectors(
 /// The vectors that a device fails, numbered from 0, with the pin and the letter for its actual level; at most `most`.
 ///
 /// # Errors
-/// A device that the simulator cannot run.
+/// If the simulator cannot run the device.
 pub fn failures(
     map: &FuseMap,
     vectors: &[Vector],

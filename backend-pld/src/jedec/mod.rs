@@ -112,7 +112,7 @@ impl Jedec {
     /// that the file names in its head or in a note.
     ///
     /// # Errors
-    /// A device without a known fuse map, another number of fuses, or a number that fits several devices without a name.
+    /// If the device has no known fuse map or another number of fuses, or if the number fits several devices and the file names none of them.
     pub fn fuse_map(&self, device: Option<&'static Device>) -> Result<FuseMap, Box<Diagnostic>> {
         let n_fuses = u32::try_from(self.fuses.len()).unwrap_or(u32::MAX);
         // A file may omit the signature; the fuses before it are the same.

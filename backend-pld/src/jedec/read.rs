@@ -94,7 +94,7 @@ impl<'a> Reader<'a> {
                 start,
                 start + 1,
                 "the end character (hexadecimal 03) of the transmission is missing",
-                "the file may be cut short: get it again; or remove the start character here",
+                "the file may be truncated: get it again, or remove the start character here",
             ),
             (None, Some(end)) => self.error(
                 end,
@@ -132,7 +132,7 @@ impl<'a> Reader<'a> {
                 }
                 None => {
                     let last = begin + rest.trim_end().len();
-                    let help = "write `*` after it if it is whole; otherwise the file is cut short: get it again";
+                    let help = "write `*` after it if it is complete; otherwise the file is truncated, so get it again";
                     self.error(begin, last, "the last field does not end with `*`", help);
                     break;
                 }

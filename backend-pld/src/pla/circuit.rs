@@ -89,7 +89,7 @@ pub fn circuit(table: &Pla) -> (Logic, Vec<usize>) {
 /// its outputs and, as `NAME.d`, the next values of the flip-flops. Equal products of several outputs are one row.
 ///
 /// # Errors
-/// A function that needs too many products.
+/// If a function needs too many products.
 pub fn table(logic: &Logic, budget: Budget) -> Result<Pla, Vec<Diagnostic>> {
     let (n_inputs, n_flops) = (logic.inputs.len(), logic.flops.len());
     let shape = Shape::new(n_inputs + n_flops, logic.outputs.len() + n_flops);

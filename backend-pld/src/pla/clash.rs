@@ -43,7 +43,7 @@ pub fn function(table: &Pla, places: &Places, nodes: usize) -> (Option<Function>
     (function.contradictory().is_empty().then_some(function), findings)
 }
 
-/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())). A point that is on and off is an error, one that is on and
+/// Finds contradictions in a table that is converted to a circuit ([`circuit`](super::circuit())). A point that is on and off is an error, and one that is on and
 /// free is treated as on. The check of a very large table is cut short, with a note.
 #[must_use]
 pub fn clashes(table: &Pla, places: &Places) -> Vec<Diagnostic> {

@@ -1,7 +1,7 @@
 //! The reader of tables.
 //!
 //! Lines are directives, rows, or parts of rows: the characters of a row may be spread over lines, with blanks and `|` anywhere between them. After an
-//! error the reader continues with the next line, and with the next row if it begins there.
+//! error the reader continues with the next line; a row that begins there is read.
 
 use super::{Kind, Pla, codes};
 use grafsynth_ir::Code;

@@ -119,7 +119,7 @@ pub(crate) struct PldAst {
     pub(crate) clocks: BTreeMap<SignalId, Definition>,
     /// Outputs that the text declares as tri-state.
     pub(crate) tristate: BTreeSet<SignalId>,
-    /// What a single-clock circuit cannot express of this text (errors), or expresses in a simplified form (warnings). A device may support it.
+    /// Parts of this text that a single-clock circuit cannot express (errors), or expresses in a simplified form (warnings). A device may support them.
     pub(crate) beyond: Vec<Diagnostic>,
     /// The language of the text.
     dialect: Dialect,
@@ -169,7 +169,7 @@ impl PldAst {
         }
     }
 
-    /// Records what a single-clock circuit cannot express, or expresses in a simplified form.
+    /// Records a part that a single-clock circuit cannot express, or expresses in a simplified form.
     pub(crate) fn report_beyond(&mut self, finding: Diagnostic) {
         if self.beyond.len() < MAX_FINDINGS {
             self.beyond.push(finding);

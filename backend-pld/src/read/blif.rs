@@ -134,7 +134,7 @@ impl<'a> Parser<'a, '_> {
                 let span = self.span(first);
                 self.draft
                     .report(Diagnostic::warning(codes::TAKEN_AS, message).at(span, "from here on").help(
-                        "remove this part if the behaviour is right without it; `grafsynth minimise` uses the don't-cares of a table (.pla)",
+                        "remove this part if the behaviour is correct without it; `grafsynth minimise` uses the don't-cares of a table (.pla)",
                     ));
                 return false;
             }

@@ -275,7 +275,7 @@ impl Parser<'_, '_> {
             return Some(());
         }
         let message = format!("`${}` is not supported", word.text);
-        let help = "run CUPL's preprocessor first, or write what it stands for";
+        let help = "run CUPL's preprocessor first, or write the text that it produces";
         self.draft.error_with(codes::UNSUPPORTED, span, message, help);
         self.lexer.advance();
         if !self.lexer.token.is_first {

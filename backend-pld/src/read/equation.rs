@@ -104,7 +104,7 @@ impl Parser<'_, '_> {
                 let is_lone = self.terms == 1 && !sign(self.grammar.and) && !sign(self.grammar.or);
                 if is_negated || !is_lone {
                     let message = "`VCC` and `GND` must be the whole right side, without `/`";
-                    let help = "remove it: `VCC` in a product and `GND` in a sum change nothing; write `GND` for `/VCC`, and `VCC` for `/GND`";
+                    let help = "remove the constant: `VCC` in a product and `GND` in a sum change nothing; write `GND` for `/VCC`, and `VCC` for `/GND`";
                     self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
                 }
             }

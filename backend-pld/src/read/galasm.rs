@@ -632,7 +632,7 @@ impl<'a> Parser<'a, '_> {
     }
 }
 
-/// What to do with a function that has more product terms than its macrocell.
+/// The help text for a function that has more product terms than its macrocell.
 fn more_terms(device: &Device, name: &str, terms: u32, is_registered: bool) -> String {
     let large = device.macrocells.iter().filter(|cell| {
         let limit = if is_registered { cell.registered_terms } else { cell.combinational_terms };

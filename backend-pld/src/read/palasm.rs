@@ -116,7 +116,7 @@ fn check_clock_pin(draft: &mut PldAst, device: &Device, clock_pin: u32) {
     draft.report(finding);
 }
 
-/// The signal without a pin number whose name identifies it as the clock. Of several it is the first: our texts list the clock before the inputs, as
+/// The signal without a pin number whose name identifies it as the clock. If there are several, the first: our texts list the clock before the inputs, as
 /// `clk_2` if the circuit uses all usual names for other signals.
 fn clock_by_name(draft: &PldAst) -> Option<SignalId> {
     let mut free = draft.signals.iter().enumerate().filter(|(_, signal)| {
@@ -213,7 +213,7 @@ impl<'a> Parser<'a, '_> {
                 }
                 _ => {
                     let message = format!("expected a declaration, found {}", token.shown());
-                    let help = "before the line `EQUATIONS` there are `CHIP NAME DEVICE`, `PIN NUMBER NAME`, `NODE` and `STRING`; a remark begins with `;`";
+                    let help = "the lines before `EQUATIONS` are `CHIP NAME DEVICE`, `PIN NUMBER NAME`, `NODE` or `STRING`; a remark begins with `;`";
                     self.draft.error_with(codes::SYNTAX, span, message, help);
                     self.lexer.advance();
                     self.lexer.skip_line();

@@ -20,7 +20,7 @@ const MAX_WORK: usize = 1 << 20;
 /// The macrocells that a text defines.
 ///
 /// # Errors
-/// Why the text does not define fuses: no device, a signal without a pin, or something that the device does not have.
+/// Returns why the text does not define fuses: no device, a signal without a pin, or something that the device does not have.
 pub(crate) fn place(draft: &PldAst) -> Result<Placement, Vec<Diagnostic>> {
     let Some(device) = draft.device else {
         let message = "the text names no known device, so it does not define fuses";

@@ -12,7 +12,7 @@ enum Part {
 
 /// True for the numbers from `low` to `high`, over these bits; the other bits are free. `low` is at most `high`.
 ///
-/// Built from the lowest bit up, with one condition for each case in which the lower bits still matter: the higher bits equal those of `low`, of
+/// It is built from the lowest bit up, with one condition for each case in which the lower bits still matter: the higher bits equal those of `low`, of
 /// `high`, or of both. The resulting sum has at most two products for each bit, and no redundant one if the bits have no gaps.
 pub(crate) fn within(
     draft: &mut PldAst,
@@ -55,7 +55,7 @@ pub(crate) fn within(
     }
 }
 
-/// One function if the bit is 0 and another if it is 1; either of them, if the bit is not tested.
+/// One function if the bit is 0 and another if it is 1; if the bit is not tested, the OR of both.
 fn branch(draft: &mut PldAst, bit: Option<ExprId>, zero: Part, one: Part) -> Part {
     let Some(bit) = bit else { return or(draft, zero, one) };
     if zero == one {

@@ -1,6 +1,6 @@
 //! Expressions of CUPL: of single signals, and of lists and fields of signals.
 //!
-//! An operator between two lists works bit by bit, one between a list and a signal on every bit. `field:'h'3` is true if the bits equal that number,
+//! An operator between two lists works bit by bit; one between a list and a signal applies to every bit. `field:'h'3` is true if the bits equal that number,
 //! `field:[2..5]` if they are in that range; `field:&`, `field:#` and `field:$` combine all bits. Numbers without a base are hexadecimal; an `X`
 //! digit is any digit.
 //!
@@ -102,7 +102,7 @@ impl Field {
     /// A field of these signals, as listed.
     ///
     /// # Errors
-    /// Why the bits have no numbers.
+    /// Returns why the bits have no numbers.
     pub(crate) fn new(draft: &PldAst, listed: &[SignalId]) -> Result<Self, &'static str> {
         let mut signals = listed.to_vec();
         let numbering = match numbering(draft, listed) {

@@ -67,7 +67,7 @@ pub(crate) fn parse(text: &str, draft: &mut PldAst) {
     }
 }
 
-/// What to do with a design of several modules, with vectors or with other features of Verilog.
+/// The help text for a design of several modules, with vectors or with other features of Verilog.
 const FLATTEN: &str = "flatten the design first, in yosys: `synth -auto-top -flatten; opt_clean -purge; write_blif FILE.blif`, and read that file";
 
 /// The assignments of a clocked block: the value and its location.
@@ -360,7 +360,7 @@ impl<'a> Parser<'a, '_> {
         self.expect("=")?;
         let value = self.expression()?;
         let span = self.lexer.span_from(span.start as usize);
-        // Several bits of a vector are no second definition of one signal.
+        // Several bits of a vector are not a second definition of one signal.
         if !is_bit || self.draft.signals[id as usize].definition.is_none() {
             self.define(id, value, false, span);
         }

@@ -122,7 +122,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Prints a gate as a table of one row: a product is true if all literals are true, a sum is false if none is.
+    /// Prints a gate as a table of one row: a product is true if all its literals are true, and a sum is false if no literal is.
     fn row(&mut self, all: &[NodeId], name: &str, is_and: bool) {
         let literals: Vec<(String, bool)> = all
             .iter()

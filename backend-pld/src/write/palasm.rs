@@ -80,7 +80,7 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> SourceT
     source
 }
 
-/// Prints the simulation section. The first row is the state after power-up; each further row sets what changed, clocks, and checks every pin. A row of several
+/// Prints the simulation section. The first row is the state after power-up; each further row sets the changed inputs, clocks, and checks every pin. A row of several
 /// clocks clears its events after the first clock, and `busy` is checked between clocks.
 fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors) {
     let literal = |index: usize, value: bool| {

@@ -1,4 +1,4 @@
-//! Specifiers and declarators (C99 6.7.2..6.7.6): the types of what is declared.
+//! Specifiers and declarators (C99 6.7.2..6.7.6): the types of declared names.
 
 use super::lexer::TokenKind;
 use super::{Parser, Read};

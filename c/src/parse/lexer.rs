@@ -40,7 +40,7 @@ impl Stray {
     pub(crate) fn message(self) -> &'static str {
         match self {
             Stray::Character => "unexpected character",
-            Stray::Unterminated => "the quotation mark has no counterpart on this line",
+            Stray::Unterminated => "the closing quotation mark is missing on this line",
             Stray::Comment => "the comment has no end",
             Stray::Trigraph => "trigraphs are not supported",
             Stray::Splice => "a backslash ends a line within a word",

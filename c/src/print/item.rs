@@ -116,7 +116,7 @@ impl Printer<'_> {
         }
     }
 
-    /// The value of an enumerator; the smallest `int` is printed as a difference, because its magnitude is no `int` constant.
+    /// The value of an enumerator; the smallest `int` is printed as a difference, because its magnitude is not an `int` constant.
     fn enumerator(&self, value: i128) -> String {
         let (lo, _) = self.unit.machine.range(IntKind::Int);
         if value == lo { format!("{} - 1", value + 1) } else { value.to_string() }

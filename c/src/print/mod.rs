@@ -1,6 +1,6 @@
 //! A tree as text. The printer alone determines parentheses, `.` or `->`, comments and layout; reading the text gives the same tree.
 //!
-//! Lines have four spaces for each level, and the cases of a `switch` the indentation of the `switch`. Every body is in braces. A chain of `else if` ends with
+//! Lines are indented by four spaces per level; the cases of a `switch` have the indentation of the `switch`. Every body is in braces. A chain of `else if` ends with
 //! an `else`, which shows that no case was forgotten (MISRA-C:2012, rule 15.7).
 
 mod expr;

@@ -123,7 +123,7 @@ pub fn binary(machine: &Machine, op: BinaryOp, kind: IntKind, a: i128, b: i128) 
         BinaryOp::Mul => a.checked_mul(b)?,
         BinaryOp::Div => a.checked_div(b)?,
         BinaryOp::Rem => {
-            // If the quotient is not representable, neither is the remainder defined (C99 6.5.5p6).
+            // If the quotient is not representable, the remainder is not defined either (C99 6.5.5p6).
             settled(machine, kind, a.checked_div(b)?)?;
             a.checked_rem(b)?
         }

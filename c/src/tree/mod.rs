@@ -1,4 +1,4 @@
-//! C as a typed tree: the subset of C99 that grafsynth writes, and what a user would write when editing it.
+//! C as a typed tree: the subset of C99 that grafsynth writes, and the constructs that a user would write when editing that text.
 //!
 //! - Every expression has its type, and every implicit conversion is a node ([`ExprKind::Convert`], [`ExprKind::Read`], [`ExprKind::Decay`]).
 //! - An object is a [`Place`]: a symbol followed by members, elements and dereferences. Expressions do not name objects themselves; they refer to places.
@@ -391,7 +391,7 @@ pub struct Arm {
     pub condition: Expr,
     /// The body.
     pub body: Vec<Stmt>,
-    /// Additional information about the branch.
+    /// Additional information, which does not change the meaning of the branch.
     pub marks: Marks,
 }
 
@@ -402,7 +402,7 @@ pub struct Case {
     pub labels: Vec<Label>,
     /// The statements up to the next label.
     pub body: Vec<Stmt>,
-    /// Additional information about the case.
+    /// Additional information, which does not change the meaning of the case.
     pub marks: Marks,
 }
 

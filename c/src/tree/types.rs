@@ -192,7 +192,7 @@ impl Type {
         matches!(self, Type::Int(_) | Type::Enum(_) | Type::Pointer(_))
     }
 
-    /// What a pointer points to.
+    /// The type that a pointer points to.
     #[must_use]
     pub fn target(&self) -> Option<&Qualified> {
         if let Type::Pointer(target) = self { Some(target) } else { None }

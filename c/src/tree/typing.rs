@@ -69,7 +69,7 @@ impl Unit {
     /// The object or function that a symbol names.
     ///
     /// # Errors
-    /// The symbol is a type or a constant.
+    /// If the symbol is a type or a constant.
     pub fn place_of(&self, id: SymbolId, span: Loc) -> Result<Place, TypeError> {
         let Symbol { kind, canonical, name, .. } = &self.symbols[id];
         match kind {
@@ -101,7 +101,7 @@ impl Unit {
     /// The value of a place; an array becomes a pointer to its first element.
     ///
     /// # Errors
-    /// The type of the place is incomplete.
+    /// If the type of the place is incomplete.
     pub fn read(&self, place: Place) -> Result<Expr, TypeError> {
         let span = place.span;
         if let Type::Array(element, _) = &place.ty {
@@ -120,7 +120,7 @@ impl Unit {
     /// `&place`.
     ///
     /// # Errors
-    /// The place is a one-bit bit-field.
+    /// If the place is a one-bit bit-field.
     pub fn address(&self, place: Place, span: Loc) -> Result<Expr, TypeError> {
         if self.is_bit(&place) {
             return error("a bit has no address");
@@ -140,7 +140,7 @@ impl Unit {
     /// `*pointer`, for a pointer to an object.
     ///
     /// # Errors
-    /// The operand is not a pointer to an object.
+    /// If the operand is not a pointer to an object.
     pub fn deref(&self, pointer: Expr, span: Loc) -> Result<Place, TypeError> {
         let target = self.target(&pointer)?;
         Ok(pointed(PlaceKind::Deref(Box::new(pointer)), target, span))
@@ -149,7 +149,7 @@ impl Unit {
     /// `pointer[index]`.
     ///
     /// # Errors
-    /// The operand is not a pointer to a complete object type, or the index is not an integer.
+    /// If the operand is not a pointer to a complete object type, or the index is not an integer.
     pub fn at(&self, pointer: Expr, index: Expr, span: Loc) -> Result<Place, TypeError> {
         let target = self.target(&pointer)?;
         self.check_index(&index)?;
@@ -162,7 +162,7 @@ impl Unit {
     /// An element of an array.
     ///
     /// # Errors
-    /// The place is not an array, or the index is not an integer.
+    /// If the place is not an array, or the index is not an integer.
     pub fn element(&self, array: Place, index: Expr, span: Loc) -> Result<Place, TypeError> {
         let Type::Array(element, _) = &array.ty else { return error("this is not an array") };
         self.check_index(&index)?;
@@ -176,7 +176,7 @@ impl Unit {
     /// `place.name`.
     ///
     /// # Errors
-    /// The place is not a structure, or the structure has no such member.
+    /// If the place is not a structure, or the structure has no such member.
     pub fn member(&self, place: Place, name: &str, span: Loc) -> Result<Place, TypeError> {
         let (at, member) = self.find_member(&place.ty, name)?;
         let qualifiers = qualifiers_of(member.qualifiers.with(place.qualifiers), &member.ty);
@@ -187,7 +187,7 @@ impl Unit {
     /// A member of a value.
     ///
     /// # Errors
-    /// The value is not a structure, the structure has no such member, or the member is an array.
+    /// If the value is not a structure, the structure has no such member, or the member is an array.
     pub fn member_of_value(&self, value: Expr, name: &str, span: Loc) -> Result<Expr, TypeError> {
         let (at, member) = self.find_member(&value.ty, name)?;
         if matches!(member.ty, Type::Array(..)) {
@@ -200,7 +200,7 @@ impl Unit {
     /// An operator with one operand.
     ///
     /// # Errors
-    /// The operand has no suitable type.
+    /// If the operand has no suitable type.
     pub fn unary(&self, op: UnaryOp, a: Expr, span: Loc) -> Result<Expr, TypeError> {
         if op == UnaryOp::Not {
             let a = self.scalar(a)?;
@@ -214,7 +214,7 @@ impl Unit {
     /// An operator with two operands.
     ///
     /// # Errors
-    /// The operands have no suitable types.
+    /// If the operands have no suitable types.
     pub fn binary(&self, op: BinaryOp, a: Expr, b: Expr, span: Loc) -> Result<Expr, TypeError> {
         if matches!(a.ty, Type::Pointer(_)) || matches!(b.ty, Type::Pointer(_)) {
             return self.pointer_operator(op, a, b, span);
@@ -229,7 +229,7 @@ impl Unit {
     /// `a && b` or `a || b`; a chain of one operator is one node.
     ///
     /// # Errors
-    /// An operand is not a scalar.
+    /// If an operand is not a scalar.
     pub fn logical(&self, op: LogicalOp, a: Expr, b: Expr, span: Loc) -> Result<Expr, TypeError> {
         let (a, b) = (self.scalar(a)?, self.scalar(b)?);
         let is_chain = matches!(a.kind, ExprKind::Logical(own, _) if own == op);
@@ -246,7 +246,7 @@ impl Unit {
     /// `condition ? a : b` (C99 6.5.15).
     ///
     /// # Errors
-    /// The arms have no common type.
+    /// If the arms have no common type.
     pub fn choose(&self, c: Expr, a: Expr, b: Expr, span: Loc) -> Result<Expr, TypeError> {
         let c = self.scalar(c)?;
         let (a, b) = match (&a.ty, &b.ty) {
@@ -269,7 +269,7 @@ impl Unit {
     /// `(to)a` (C99 6.5.4).
     ///
     /// # Errors
-    /// C has no such conversion.
+    /// If C has no such conversion.
     pub fn cast(&self, to: Qualified, a: Expr, span: Loc) -> Result<Expr, TypeError> {
         let ty = self.canonical(&to).ty;
         let is_possible = match (&ty, &a.ty) {
@@ -289,7 +289,7 @@ impl Unit {
     /// `place = value`.
     ///
     /// # Errors
-    /// The place cannot be written, or the value has another type.
+    /// If the place cannot be written, or the value has another type.
     pub fn assign(&self, place: Place, value: Expr, span: Loc) -> Result<Expr, TypeError> {
         self.check_modifiable(&place)?;
         let ty = place.ty.clone();
@@ -300,7 +300,7 @@ impl Unit {
     /// `place op= value`.
     ///
     /// # Errors
-    /// The place cannot be written, or the operands have no suitable types.
+    /// If the place cannot be written, or the operands have no suitable types.
     pub fn update(
         &self,
         op: BinaryOp,
@@ -333,7 +333,7 @@ impl Unit {
     /// `++place`, `place--` and so on.
     ///
     /// # Errors
-    /// The place cannot be written or is not a scalar.
+    /// If the place cannot be written or is not a scalar.
     pub fn step(
         &self,
         is_increment: bool,
@@ -355,7 +355,7 @@ impl Unit {
     /// A call. The callee is a pointer to a function.
     ///
     /// # Errors
-    /// The callee is not a pointer to a function, or the arguments do not match the parameters.
+    /// If the callee is not a pointer to a function, or the arguments do not match the parameters.
     pub fn call(&self, callee: Expr, arguments: Vec<Expr>, span: Loc) -> Result<Expr, TypeError> {
         let Some(function) = function_type(&callee.ty) else {
             return error("this is not a function");
@@ -384,7 +384,7 @@ impl Unit {
     /// `sizeof`.
     ///
     /// # Errors
-    /// The operand has no size.
+    /// If the operand has no size.
     pub fn size_of(&self, operand: SizeOfOperand, span: Loc) -> Result<Expr, TypeError> {
         if self.size(&operand).is_none() {
             return error("the operand of `sizeof` has no known size");
@@ -408,7 +408,7 @@ impl Unit {
     /// The value converted as by an assignment to an object of this type (C99 6.5.16.1p1).
     ///
     /// # Errors
-    /// There is no implicit conversion.
+    /// If there is no implicit conversion.
     pub fn convert_to(&self, value: Expr, ty: &Type) -> Result<Expr, TypeError> {
         let is_possible = match (ty, &value.ty) {
             (Type::Int(IntKind::Bool), from) => from.is_scalar(),
@@ -436,7 +436,7 @@ impl Unit {
     /// An integer after its promotion.
     ///
     /// # Errors
-    /// The operand is not an integer.
+    /// If the operand is not an integer.
     pub fn promote(&self, a: Expr) -> Result<Expr, TypeError> {
         let kind = self.machine.promoted(self.integer_of(&a.ty)?);
         Ok(convert(a, &Type::Int(kind)))
@@ -445,7 +445,7 @@ impl Unit {
     /// The value, if it has a scalar type; a condition compares such a value with 0.
     ///
     /// # Errors
-    /// The value is not a scalar.
+    /// If the value is not a scalar.
     pub fn scalar(&self, a: Expr) -> Result<Expr, TypeError> {
         if a.ty.is_scalar() {
             Ok(a)

@@ -23,9 +23,9 @@ use crate::graf::{Limits, sorted, too_large};
 /// The contents of a board file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BoardFile {
-    /// `device … { … }` items in order; the caller reports more than one.
+    /// The `device … { … }` items in order. If there is more than one, the caller reports an error.
     pub boards: Vec<Board>,
-    /// `place … on …` items in order.
+    /// The `place … on …` items in order.
     pub places: Vec<Place>,
 }
 

@@ -1,4 +1,4 @@
-//! Syntax tree of a C source, close to the text: names are not resolved, types are as written.
+//! Syntax tree of a C source, close to the text: names are not resolved, and types are as written.
 
 use grafsynth_ir::{Name, Span};
 
@@ -10,9 +10,9 @@ pub(super) struct Source {
     pub(super) comments: Vec<Span>,
     /// `#define NAME constant`.
     pub(super) constants: Vec<(Name, i64)>,
-    /// Constants given by the caller, like `-D`.
+    /// Constants given by the caller, as with the option `-D NAME=VALUE`.
     pub(super) given: Vec<(String, i64)>,
-    /// Lines that a library needs verbatim: includes, and defines that are not constants.
+    /// Lines that the library needs verbatim: includes, and defines that are not constants.
     pub(super) lines: Vec<Span>,
     /// Names of the defines that are not constants.
     pub(super) opaque_macros: Vec<String>,
@@ -26,7 +26,7 @@ pub(super) enum External {
 }
 
 impl External {
-    /// Whether this item is a type or a prototype, which only a library needs.
+    /// Whether this item is a type or a prototype. Only the library needs such items.
     pub(super) fn is_type_or_prototype(&self) -> bool {
         match self {
             External::Function(_) => false,

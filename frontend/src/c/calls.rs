@@ -73,7 +73,7 @@ impl Resolver<'_, '_> {
         Some(())
     }
 
-    /// Refuses recursion, also through other functions: each function is a macro-step, and a macro-step cannot contain itself.
+    /// Rejects direct and indirect recursion: each function becomes a macro-step, and a macro-step cannot contain itself.
     pub(super) fn recursion(&mut self) {
         // Colours of a depth-first search with an explicit stack: 0 new, 1 open, 2 done.
         let mut colour = vec![0_u8; self.program.functions.len()];
@@ -123,7 +123,7 @@ impl Resolver<'_, '_> {
 
     /// Determines what pointer parameters refer to.
     pub(super) fn references(&mut self) {
-        // The use of a pointer that is passed on depends on the called function, so this repeats until nothing changes.
+        // The use of a pointer that is passed on depends on the called function, so this loop runs until nothing changes.
         loop {
             let mut changed = false;
             let uses: Vec<(VarId, PointerUse)> =
@@ -203,7 +203,7 @@ impl Resolver<'_, '_> {
                 });
             }
         }
-        // Lengths pass from callers to callees; without recursion, as many rounds as there are functions are enough.
+        // Lengths propagate from callers to callees. There is no recursion, so one round per function is enough.
         for _ in 0..self.program.functions.len() {
             let mut changed = false;
             for (param, length) in self.argument_lengths() {
@@ -225,7 +225,7 @@ impl Resolver<'_, '_> {
         }
     }
 
-    /// For each array that is passed as an argument: the parameter, and the first length of the array.
+    /// For each array that is passed as an argument: the parameter, and the first dimension of the array.
     fn argument_lengths(&self) -> Vec<(VarId, u32)> {
         let mut found = Vec::new();
         for (var, uses) in &self.pointer_uses {

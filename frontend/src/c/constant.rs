@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// The value of a constant expression, in exact arithmetic.
 ///
 /// # Errors
-/// The span of the smallest part that is not constant or has no value (a division by 0, more than 64 bits).
+/// Returns the span of the smallest part that is not constant or has no value (a division by 0, more than 64 bits).
 pub(super) fn value(expr: &Expr, names: &BTreeMap<String, i64>) -> Result<i64, Span> {
     let span = expr.span;
     let of = |expr: &Expr| value(expr, names);

@@ -1,7 +1,7 @@
 //! Preprocessor directives: names of constants, and conditional text (C99 6.10.1, 6.10.3).
 //!
-//! Conditions are evaluated with the constants of the file and those given by `-D`. Excluded text is removed before parsing: its tokens,
-//! its comments and the findings of the lexer in it.
+//! Conditions are evaluated with the constants of the file and those given by `-D`. Excluded text is removed before parsing, together with
+//! its tokens, its comments and the lexer's findings in it.
 
 use grafsynth_ir::Name;
 use grafsynth_ir::Span;
@@ -132,9 +132,9 @@ impl Parser<'_> {
                         .at(line.span, "never reached")
                         .at(first, "the conditional")
                         .help(if word == "else" {
-                            "remove one of the two `#else`"
+                            "remove one of the two `#else` lines"
                         } else {
-                            "move it with its lines before the `#else`"
+                            "move it, with its lines, before the `#else`"
                         })
                     });
                     return;
@@ -169,9 +169,9 @@ impl Parser<'_> {
                         Diagnostic::note(codes::C_INCLUDE, format!("{name} is not read"))
                             .at(line.span, "its declarations are unknown here")
                             .help(if name.starts_with('<') {
-                                "declare in this file what it uses of the header, or preprocess it as shown by `explain G0484`"
+                                "declare in this file what the source uses from the header, or preprocess the source as shown by `explain G0484`"
                             } else {
-                                "declare in this file what it uses of the header, or pass the output of `cc -E`"
+                                "declare in this file what the source uses from the header, or pass the output of `cc -E`"
                             })
                     });
                 }
@@ -204,7 +204,7 @@ impl Parser<'_> {
         self.findings.report(|| {
             Diagnostic::error(codes::C_DIRECTIVE, format!("`#{word}` without an `#if` before it"))
                 .at(line.span, "no conditional is open here")
-                .help("write `#if` before it, or remove this line; an `#endif` before it may be one too many")
+                .help("write `#if` before it, or remove this line; there may be an extra `#endif` before it")
         });
     }
 

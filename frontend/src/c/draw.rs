@@ -204,7 +204,7 @@ fn attach_comments(program: &Program<'_>, id: FunctionId, graph: &mut Graph) {
         let next = places.partition_point(|(start, ..)| *start < comment.start);
         let behind = places.get(next).map(|(_, _, id)| *id);
         let before = next.checked_sub(1).map(|at| places[at]);
-        // A statement that continues after the comment contains it. A comment belongs to the statement that ends on its line.
+        // A statement that continues after the comment contains the comment. Otherwise the comment belongs to the statement that ends on its line.
         let is_before = |(_, end, _): &(u32, u32, NodeId)| {
             let gap = program.text.get(*end as usize..comment.start as usize);
             *end >= comment.end || gap.is_some_and(|gap| !gap.contains('\n'))
@@ -370,7 +370,7 @@ impl Drawing<'_, '_> {
         }
     }
 
-    /// The entry nodes of a set of nodes, and the nodes outside to which the set leads.
+    /// The entry nodes of a set of nodes, and the nodes outside the set to which its nodes lead.
     fn border(&self, members: &BTreeSet<NodeId>) -> (BTreeSet<NodeId>, BTreeSet<NodeId>) {
         let (mut entries, mut exits) = (BTreeSet::new(), BTreeSet::new());
         for (id, node) in self.graph.nodes.iter().enumerate() {

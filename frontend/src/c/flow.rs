@@ -1,8 +1,8 @@
 //! A function as a flow graph with one node per statement, as in NBS88, and conditions between the nodes.
 //!
 //! Every control statement of C becomes conditional and unconditional jumps: `while`, `do`, `for`, `switch`, `break`, `continue` and `goto`
-//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So all
-//! statements of a node always run, in order.
+//! only decide which node is next. Side effects under a condition (`a && i++`, a call in `?:`) become branches of the graph too. So if a
+//! node runs, all of its statements run, in order.
 
 use super::ast::{Declaration, Expr, ExprKind, Function, Init, Stmt, StmtKind};
 use super::number::Num;
@@ -322,7 +322,7 @@ impl<'s> Flow<'_, 's> {
         self.emit(chart::StmtKind::Assign { target, index, value }, span);
     }
 
-    /// Ends the current node with two ways.
+    /// Ends the current node with a two-way branch.
     pub(super) fn branch(
         &mut self,
         guard: chart::Expr,
@@ -658,7 +658,7 @@ impl<'s> Flow<'_, 's> {
                     Diagnostic::error(codes::C_JUMP, format!("duplicate label `{name}`"))
                         .at(name.span, "again here")
                         .at(first, "first here")
-                        .help("rename one of them, with each `goto` that means it")
+                        .help("rename one of them, and each `goto` that refers to it")
                 });
             }
             if is_definition {

@@ -55,7 +55,7 @@ pub(super) fn frame(
     let path = |name: &str| Path::from(Name::new(name, span));
     let name_of = |var: &VarId| var_names.get(var).cloned().unwrap_or_default();
     if is_program {
-        // NBS88: the main program is at the top, the other functions are macro-steps.
+        // NBS88: the main program is at the top, and the other functions are macro-steps.
         for body in bodies {
             let is_main =
                 matches!(&body, Item::Macro(one) if one.name.text == macros[&program.entry]);

@@ -189,7 +189,7 @@ impl Lexer<'_, '_> {
                     self.refuse(
                         span,
                         || format!("unexpected character {letter:?}"),
-                        "no part of C",
+                        "not part of C",
                         help,
                     );
                     return self.token_behind(lexed);
@@ -260,8 +260,8 @@ impl Lexer<'_, '_> {
                     span,
                     || format!("`{word}` is not a valid C number"),
                     match radix {
-                        8 => "a leading 0 makes it octal: its digits are 0 to 7",
-                        _ => "not digits and a suffix such as `u` or `L`",
+                        8 => "a leading 0 makes the number octal, so only the digits 0 to 7 are allowed",
+                        _ => "expected digits and an optional suffix such as `u` or `L`",
                     },
                     "write digits only, as in 15, 0x0F or 017; a name begins with a letter",
                 );
@@ -376,7 +376,7 @@ impl Lexer<'_, '_> {
                 self.refuse(
                     span,
                     || "unterminated string".to_owned(),
-                    "no closing quote in this line",
+                    "no closing quote on this line",
                     "write `\"` at its end",
                 );
                 return Kind::Text;

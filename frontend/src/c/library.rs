@@ -1,7 +1,7 @@
 //! Code that the net cannot express: the extern functions of the chart, and the C text that defines them.
 //!
 //! An opaque statement becomes an extern action, an opaque condition an extern condition. The text is taken from the source. The local
-//! variables, parameters and results that it uses become variables of the library file; without recursion, one of each is enough.
+//! variables, parameters and results that it uses become variables of the library file. There is no recursion, so one copy of each is enough.
 
 use super::ast::{Expr, ExprKind, External};
 use super::flow::{Externs, Flow, Question};
@@ -112,7 +112,7 @@ impl<'s> Flow<'_, 's> {
                 self.findings.report(|| {
                     Diagnostic::error(
                         codes::C_TYPE,
-                        "two calls of one function in an expression that is left to the library",
+                        "two calls of one function in an expression that is kept as C",
                     )
                     .at(span, "second call")
                     .help("split the expression into two statements")

@@ -15,7 +15,7 @@
 //!
 //! 1. `lexer`, `parser`, `declarations`, `parse_expr`: text to tree (`ast`), with error recovery;
 //! 2. `resolve`, `calls`, `units`: resolve names to variables and functions, classify array parameters, and find the code that no net can
-//!    express and that is left to a library;
+//!    express and that stays C;
 //! 3. `flow`, `value`, `operators`: each function becomes a flow graph whose nodes contain statements of the net, by the rules of C
 //!    arithmetic;
 //! 4. `shorten`: removes empty joins; with `Options::fuse`, straight-line code becomes one step;

@@ -12,8 +12,8 @@ use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Expr, Leaf, Path};
 use grafsynth_ir::expr::{ArithOp, CompareOp, Type as NetType};
 
-/// The maximum depth of an expression. Deeper ones are split by a variable: the chart language allows 256 levels, and lowering adds
-/// some.
+/// The maximum depth of an expression. Deeper ones are split, and their parts are stored in variables: the chart language allows 256 levels, and lowering adds
+/// more.
 const DEEPEST: usize = 48;
 
 impl Flow<'_, '_> {
@@ -139,7 +139,7 @@ impl Flow<'_, '_> {
         let result = match op {
             UnaryOp::Plus | UnaryOp::Not => num,
             UnaryOp::Minus => self.exact(ArithOp::Sub, &zero, &num, ty),
-            // All bits of the type are inverted; a signed type has infinitely many.
+            // For an unsigned type, `~` inverts the bits of the type. For a signed type, x ^ -1 inverts every bit of the two's complement.
             UnaryOp::Complement => {
                 let is_unsigned = matches!(ty, Scalar::Int { is_signed: false, .. });
                 let ones = Num::constant(if is_unsigned { ty.range().1 } else { -1 }, span);
@@ -283,7 +283,7 @@ impl Flow<'_, '_> {
 
     fn shift(&mut self, is_left: bool, x: &Num, amount: &Num, ty: Scalar) -> Num {
         let Scalar::Int { bits, .. } = ty else { return x.clone() };
-        // Another amount is undefined in C.
+        // Any other shift amount is undefined in C.
         let most = i64::from(bits) - 1;
         let amount = if amount.is_constant() {
             Num::constant(amount.lo.clamp(0, most), amount.expr.span)

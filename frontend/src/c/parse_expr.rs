@@ -6,7 +6,7 @@ use super::parser::{Parser, Read};
 use grafsynth_ir::diag::ErrorReported;
 use grafsynth_ir::{Name, Span};
 
-/// A binary operator and its binding power. The powers below are `,` 1, assignment 2, `?:` 3, `||` 4 and `&&` 5.
+/// A binary operator and its binding power. The lower powers are `,` 1, assignment 2, `?:` 3, `||` 4 and `&&` 5.
 fn binary(sign: &str) -> Option<(BinaryOp, u8)> {
     Some(match sign {
         "|" => (BinaryOp::Or, 6),
@@ -267,7 +267,7 @@ impl Parser<'_> {
         let start = self.take().span;
         let mut inner = self.inside(Self::expression)?;
         self.expect(")")?;
-        // A bare name keeps its own span, by which it is looked up.
+        // A bare name keeps its own span, because names are looked up by their spans.
         if !matches!(inner.kind, ExprKind::Name(_)) {
             inner.span = self.since(start);
         }

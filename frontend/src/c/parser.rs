@@ -185,13 +185,13 @@ impl<'t> Parser<'t> {
             }
             _ if token.kind == Kind::End => finding
                 .at(token.span, format!("expected {wanted}"))
-                .help(format!("write {wanted} at the end, or remove what the file does not complete")),
+                .help(format!("write {wanted} at the end, or remove the incomplete part")),
             _ if wanted == "a type" => finding.at(token.span, "expected a type").help(
                 "write a type such as `int` before it; a type from a header that is not read needs its `typedef` in this file",
             ),
             _ if wanted == "a name" => finding
                 .at(token.span, "expected a name")
-                .help("write a name that begins with a letter and is not a word of C"),
+                .help("write a name that begins with a letter and is not a C keyword"),
             _ => finding
                 .at(token.span, format!("expected {wanted}"))
                 .help(format!("write {wanted} before {found}, or remove {found}")),

@@ -236,9 +236,9 @@ pub(super) struct Resolver<'s, 'f> {
 #[derive(Debug, Clone, Default)]
 pub(super) struct PointerUse {
     pub(super) is_indexed: bool,
-    /// True if it is compared, moved or stored, so that it is a real pointer.
+    /// True if the pointer is compared, moved or stored, so that it must remain a real pointer.
     pub(super) is_other: bool,
-    /// Calls that pass it on: the function and the index of the argument.
+    /// Calls that pass the pointer on: the function and the index of the argument.
     pub(super) passed: Vec<(FunctionId, usize)>,
 }
 
@@ -712,7 +712,7 @@ impl<'s> Resolver<'s, '_> {
     /// Reports the undeclared names in capitals together, because they usually come from one header.
     fn report_unknown_constants(&mut self) {
         let unknown = std::mem::take(&mut self.unknown_constants);
-        // With more names than fit a readable line, each gets its own finding.
+        // If there are more names than fit on a readable line, each gets its own finding.
         for names in unknown.chunks(if unknown.len() > 8 { 1 } else { 8 }) {
             let shown: Vec<String> = names.iter().map(|(name, _)| format!("`{name}`")).collect();
             let values: Vec<String> = names
@@ -732,7 +732,7 @@ impl<'s> Resolver<'s, '_> {
             }
             let help = if is_arduino {
                 format!(
-                    "give the values with {}; the calls of Arduino.h, such as `digitalRead`, are then left to the C library, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
+                    "give the values with {}; the calls of Arduino.h, such as `digitalRead`, then stay C code, so replace each pin by an `extern volatile bool` variable to see it in traces and proofs",
                     values.join(" ")
                 )
             } else {

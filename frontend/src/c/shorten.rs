@@ -3,8 +3,8 @@
 //! ```text
 //! always          empty joins disappear; a condition after one step moves to the transitions of that step, as NBS88 draws `if`;
 //!                 unreachable nodes are removed
-//! with --fuse     a step and its only successor are merged if the successor has no other predecessor; a condition where several ways meet
-//! is copied
+//! with --fuse     a step and its only successor are merged if the successor has no other predecessor; a condition where several ways
+//!                 meet is copied
 //!                 to the steps before it
 //! ```
 

@@ -118,7 +118,7 @@ pub(super) fn scalar(base: &Base, widths: Widths) -> Option<Scalar> {
 /// The type of a declared name.
 ///
 /// # Errors
-/// The span of an array length that is not a constant between 1 and 65 536.
+/// Returns the span of an array length that is not a constant between 1 and 65 536.
 pub(super) fn of(
     specifiers: &Specifiers,
     declarator: &Declarator,

@@ -1,5 +1,5 @@
-//! Decides for each unit whether the net can express it or it is left to the library: applies the rule of [`super::resolve`] until nothing
-//! changes.
+//! Decides for each unit whether the net can express it or whether it is left to the library: applies the rule of [`super::resolve`] until
+//! nothing changes.
 
 use super::ast::{Base, Declaration, Expr, ExprKind, Init, Stmt, StmtKind};
 use super::resolve::{FunctionId, Home, Program, Reference, Resolver, VarId};
@@ -76,7 +76,7 @@ impl<'s> Resolver<'s, '_> {
             self.program.opaque.insert((unit.span.start, unit.span.end));
             if let Some((span, reason)) = &unit.reason {
                 self.findings.report(|| {
-                    Diagnostic::note(codes::C_OPAQUE, format!("left to the C library: {reason}"))
+                    Diagnostic::note(codes::C_OPAQUE, format!("kept as C code: {reason}"))
                         .at(*span, "only the C engine can run this")
                         .help("the chart runs on a CPU only; traces and proofs do not cover the variables used here")
                 });
@@ -109,7 +109,7 @@ impl<'s> Resolver<'s, '_> {
             self.findings.report(|| {
                 Diagnostic::error(
                     codes::C_TYPE,
-                    "an expression that is left to the library contains a conditional call",
+                    "an expression that is kept as C contains a conditional call",
                 )
                 .at(span, "")
                 .help("write the condition as an `if`, or keep the function as C with --keep")

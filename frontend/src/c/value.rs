@@ -562,7 +562,7 @@ impl<'s> Flow<'_, 's> {
         let value = self.eval(expr);
         let ty = value.ty.promoted(self.program().widths);
         let value = self.converted(&value, ty);
-        // Every case compares it, so it must be small.
+        // Every case compares the selector, so the selector must be a small expression.
         let is_small = matches!(&value.repr, Repr::Num(Num { expr, .. }) if matches!(expr.kind, NetKind::Leaf(_) | NetKind::Element(..) | NetKind::Int(_)));
         Selected(if is_small { value } else { self.held(&value, "selected") })
     }

@@ -65,7 +65,7 @@ impl Writer<'_> {
             ExprKind::And(all) => ExprKind::And(all.iter().map(|one| inner(self, one)).collect()),
             ExprKind::Or(all) => ExprKind::Or(all.iter().map(|one| inner(self, one)).collect()),
             ExprKind::Compare(op, a, b) => {
-                // The constant next to a time is a number of ticks.
+                // A constant that is compared with a time is a number of ticks.
                 let is_time =
                     |expr: &Expr<L>| matches!(&expr.kind, ExprKind::Leaf(leaf) if leaf.is_time());
                 let mut side = |writer: &mut Self, one: &Expr<L>, other: &Expr<L>| match &one.kind {

@@ -150,7 +150,7 @@ impl Writer<'_> {
         self.one_name(name, from)
     }
 
-    /// The name of an object where the language allows no path: surrounding objects are visible, objects of other charts are not.
+    /// The name of an object where the language allows no path: surrounding objects are visible, but objects of other charts are not.
     pub(super) fn one_name(&mut self, full: &Name, from: BodyId) -> Name {
         let mut path = self.bodies.path(full, from);
         if path.names.len() != 1 {
@@ -168,7 +168,7 @@ impl Writer<'_> {
         let mut of_timers: BTreeMap<net::ActionId, std::slice::Iter<'_, net::ActionUse>> =
             BTreeMap::new();
         for one in &action.uses {
-            // The uses of a further duration are written at the uses of its timer.
+            // A use with a further duration is written where its timer is used.
             let timer = timers::asked(one).filter(|timer| self.timers.get(timer) == Some(&id));
             let (of, one) = match timer {
                 Some(timer) => {

@@ -32,7 +32,7 @@ use states::States;
 /// The design that lowers to `net`.
 ///
 /// # Errors
-/// Everything in the net that a chart cannot express, with its location.
+/// Returns a finding, with its location, for everything in the net that a chart cannot express.
 pub(crate) fn design(net: &Net) -> Result<Design, Vec<Diagnostic>> {
     let mut findings = Vec::new();
     refuse(net, &mut findings);
@@ -422,8 +422,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Adds the properties whose names begin with the name of this chart. Properties whose names begin with no chart are written in the
-    /// first chart.
+    /// Adds the properties whose names begin with the name of this chart. Properties whose names begin with no chart name are written in
+    /// the first chart.
     fn properties(&mut self, items: &mut Vec<Item>, root: BodyId, is_first: bool) {
         for property in &self.net.properties {
             let home = self.bodies.root_called_in(&property.name);

@@ -1,7 +1,7 @@
 //! Turns the states of a statechart net into states of a chart: hierarchy, regions, histories, and the targets of each transition.
 //!
-//! For each transition, a net lists the states that it leaves and, in order, the states that it enters. The fewest targets that restore
-//! these lists are written: a composite state entered by its initial transition is named alone; otherwise its inner states are named. The
+//! For each transition, a net lists the states that it leaves and, in order, the states that it enters. This module writes the fewest targets that restore
+//! these lists: a composite state entered by its initial transition is named alone; otherwise its inner states are named. The
 //! target of the initial transition of a state is taken from the entries that certainly use that transition (its content runs, or a history
 //! enters the state), otherwise from the most frequent entry of the state. A transition is written in the innermost state in which the
 //! order of the net can be kept.

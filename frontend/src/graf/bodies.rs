@@ -8,7 +8,7 @@ use super::parser::{Parse, Parser, RESERVED, Separators};
 use super::token::Kind;
 use crate::codes;
 
-/// What a body contains besides the actions of the step itself.
+/// The contents of a body, besides the actions of the step itself.
 #[derive(Default)]
 struct Content {
     items: Vec<Item>,

@@ -97,7 +97,7 @@ impl Parser<'_> {
         found
     }
 
-    /// The length in nanoseconds of the unit at this lookahead; `None` if the token is no unit, or on another line.
+    /// The length in nanoseconds of the unit at this lookahead; `None` if the token is not a unit, or is on another line.
     pub(crate) fn unit(&self, ahead: usize) -> Option<u64> {
         if self.window[ahead].new_line {
             return None;

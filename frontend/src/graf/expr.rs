@@ -140,7 +140,7 @@ impl<'a> Parser<'a> {
                         codes::AMBIGUOUS,
                         "signs between Booleans inside a comparison are ambiguous",
                     )
-                    .at(span, "is all of this compared, or only part of it?")
+                    .at(span, "unclear whether all of this is compared, or only part of it")
                     .help("put this, or the comparison, in parentheses")
                 });
             }
@@ -381,7 +381,10 @@ impl<'a> Parser<'a> {
                                 codes::AMBIGUOUS,
                                 "`not` before operands joined by signs is ambiguous",
                             )
-                            .at(span, "all of this, or only its first part?")
+                            .at(
+                                span,
+                                "unclear whether all of this is negated, or only its first part",
+                            )
                             .help("put this in parentheses, or negate the first part with `/`")
                         });
                     }

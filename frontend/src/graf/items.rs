@@ -338,7 +338,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reports `output raise lower`: a name beside a declared name that begins no item. Returns whether it was one.
+    /// Reports `output raise lower`: a name next to a declared name that does not begin an item. Returns whether there was one.
     fn comma_missing(&mut self, keyword: &str) -> bool {
         let next = self.peek(0);
         if !self.is_name_beside(0)
@@ -708,7 +708,7 @@ impl Modifiers {
     }
 }
 
-/// What all declarations after one keyword have in common.
+/// The common part of all declarations after one keyword.
 #[derive(Debug, Clone, Copy)]
 struct DeclarationList<'k> {
     keyword: &'k str,

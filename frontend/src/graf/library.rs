@@ -190,7 +190,11 @@ impl Parser<'_> {
                 });
                 return Err(ErrorReported);
             }
-            _ => return Err(self.unexpected("`=` and a value, or `->` and what it drives")),
+            _ => {
+                return Err(
+                    self.unexpected("`=` and a value, or `->` and the signal that it drives")
+                );
+            }
         };
         Ok(Argument { parameter, value, span: self.span_from(start) })
     }

@@ -139,7 +139,7 @@ pub fn write_certificate(certificate: &Certificate) -> String {
 /// Formats a chart in the canonical form. Comments and single blank lines are kept; the meaning does not change.
 ///
 /// # Errors
-/// The findings of the source if it has errors. The source is not changed.
+/// Returns the findings of the source if it has errors. The source is not changed.
 pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(file, text, &Limits::default())
 }
@@ -147,7 +147,7 @@ pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
 /// Like [`format()`], with the given limits.
 ///
 /// # Errors
-/// The findings of the source if it has errors. The source is not changed.
+/// Returns the findings of the source if it has errors. The source is not changed.
 pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let parsed = parse_within(file, text, limits);
     match parsed.design {
@@ -171,7 +171,7 @@ pub fn write_design(design: &Design) -> String {
 /// Writes a net as the chart that lowers to it.
 ///
 /// # Errors
-/// Everything in the net that the chart language cannot express.
+/// Returns a finding for everything in the net that the chart language cannot express.
 pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
     crate::from_net::design(net).map(|design| write_design(&design))
 }

@@ -7,7 +7,7 @@
 use super::lexer::Lexer;
 use super::token::{INFIX, Kind, SINK, Token};
 
-/// What the parser must know about a source in advance: the names that it declares as integers, and its outputs.
+/// The data about a source that the parser needs in advance: the names that the source declares as integers, and its outputs.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Numbers<'a> {
     /// The names of integer inputs, outputs, variables, extern conditions and constants, of timers, and of counted steps, sorted.
@@ -121,7 +121,7 @@ impl<'a> Numbers<'a> {
                     Kind::Word | Kind::Quoted => {
                         constant.has_truth |=
                             matches!(word(f), "true" | "false" | "not" | "and" | "or");
-                        // A constant may be made of earlier constants. Only the last 64 names are searched, because such constants are
+                        // A constant may be computed from earlier constants. Only the last 64 names are searched, because such constants are
                         // usually close together.
                         let name = name_of(text, f);
                         constant.has_number |=

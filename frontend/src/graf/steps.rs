@@ -396,7 +396,7 @@ impl Parser<'_> {
         }
         let place = self.span_from(token.start);
         self.report(|| {
-            not_an_action(&written, place).help("remove the name with its value").fix(span, "")
+            not_an_action(&written, place).help("remove the name and its value").fix(span, "")
         });
         Some(Err(ErrorReported))
     }

@@ -221,9 +221,9 @@ impl Parser<'_> {
                 )
                 .at(span, "`on` names events, not a condition");
                 finding.help(if word == "or" {
-                    format!("write `,` for each `or` between events; for inputs write `when {names} or …`")
+                    format!("replace each `or` between events by `,`; for inputs write `when {names} or …`")
                 } else {
-                    format!("write `when` for this `and` and a condition behind it; for inputs write `when {names} and …`")
+                    format!("replace this `and` by `when` and a condition; for inputs write `when {names} and …`")
                 })
             });
             return Err(ErrorReported);

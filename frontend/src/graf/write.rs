@@ -1,6 +1,6 @@
 //! Writes a design in its canonical form, with the comments and blank lines of its source if there is one.
 //!
-//! Four spaces per level, 100 columns, one item per line; a short body is on the line of its step. Signs become words, the statements of a
+//! The canonical form has four spaces per level, 100 columns, and one item per line; a short body is on the line of its step. Signs become words, the statements of a
 //! list on one line are separated by `;`, and declarations stay grouped as they were written. Comments keep their position between items; a
 //! comment inside an item, but outside its braces, moves above the item.
 

@@ -96,7 +96,7 @@ impl List<'_, '_> {
         }
     }
 
-    /// Drops a value that is too high for the recursion of later passes.
+    /// Drops a value whose expression tree is too deep for the recursion of later passes.
     fn limit(&mut self, token: Token) {
         let limit = self.parser.limit;
         if self.accumulator.take_if(|held| held.height > limit).is_some() {
@@ -183,7 +183,7 @@ impl List<'_, '_> {
         }
     }
 
-    // Each instruction returns what it lacks, and the help.
+    // Each instruction returns the missing part, and the help.
 
     fn load(&mut self, token: Token, is_negated: bool) -> Option<(&'static str, &'static str)> {
         self.accumulator = self.operand(token).ok()?;

@@ -65,7 +65,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
 /// Writes a net as a project that reads back as the same net. The diagnostics list what the project cannot contain.
 ///
 /// # Errors
-/// Everything in the net that a project cannot express.
+/// Returns a finding for everything in the net that a project cannot express.
 pub fn write_net(
     net: &grafsynth_ir::net::Net,
 ) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {

@@ -177,7 +177,7 @@ fn every_kind_of_the_table_has_one_rule_and_stands_somewhere() {
         assert_eq!(RULES.iter().filter(|rule| rule.kind == *kind).count(), 1, "{kind} of {name}");
     }
     for rule in RULES.iter().filter(|rule| rule.kind != "project") {
-        assert!(children().any(|(_, kind, _)| *kind == rule.kind), "{} stands nowhere", rule.kind);
+        assert!(children().any(|(_, kind, _)| *kind == rule.kind), "{} is used nowhere", rule.kind);
         let mut names: Vec<&str> =
             rule.attributes.iter().copied().flatten().map(|(name, _)| *name).collect();
         let n_names = names.len();

@@ -17,7 +17,7 @@ use crate::graf::token::Kind;
 /// Formats rules in the canonical form. Comments are kept.
 ///
 /// # Errors
-/// The findings of the text if it has errors. The text is not changed.
+/// Returns the findings of the text if it has errors. The text is not changed.
 pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(file, text, &Limits::default())
 }
@@ -25,7 +25,7 @@ pub fn format(file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
 /// Like [`format()`], with the given limits.
 ///
 /// # Errors
-/// The findings of the text if it has errors. The text is not changed.
+/// Returns the findings of the text if it has errors. The text is not changed.
 pub fn format_within(file: FileId, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let parsed = parse_within(file, text, limits);
     let Some(design) = parsed.design.filter(|_| !any_error(&parsed.diagnostics)) else {

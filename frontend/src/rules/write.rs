@@ -20,7 +20,7 @@ use crate::graf::write_text::{Text, attributes, conditions, keyword, place_text,
 /// Writes a net as rules.
 ///
 /// # Errors
-/// Everything in the net that rules cannot express: several charts, macro-steps, hierarchy.
+/// Returns a finding for everything in the net that rules cannot express: several charts, macro-steps, hierarchy.
 pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
     crate::from_net::design(net).and_then(|design| write_design(&design))
 }
@@ -28,7 +28,7 @@ pub fn write_net(net: &Net) -> Result<String, Vec<Diagnostic>> {
 /// Writes a flat chart as rules.
 ///
 /// # Errors
-/// Everything that makes the design more than one flat chart: several charts, macro-steps, enclosing steps, states, instances of library
+/// Returns a finding for everything that makes the design more than one flat chart: several charts, macro-steps, enclosing steps, states, instances of library
 /// charts.
 pub fn write_design(design: &Design) -> Result<String, Vec<Diagnostic>> {
     let [chart] = design.charts.as_slice() else {

@@ -272,7 +272,7 @@ impl Alphabet {
                         .help("write done.state. and the identifier of a state with a <final> child"),
                 },
                 _ => finding.help(format!(
-                    "write the name of an event that a <send> or <raise> names, or declare this one as an event from outside: g:input=\"{text}\" in <scxml>"
+                    "write the name of an event that a <send> or <raise> names, or declare this event as external: g:input=\"{text}\" in <scxml>"
                 )),
             }
         });

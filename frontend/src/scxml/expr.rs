@@ -12,7 +12,7 @@ use super::refuse;
 use crate::codes;
 use crate::xml::Mapped;
 
-/// What to do about a number that does not fit.
+/// The help text for a number that does not fit.
 const TOO_LARGE: &str = "write a number from -2147483648 to 2147483647";
 
 /// The data model of a document, which decides the expression syntax.
@@ -63,7 +63,7 @@ pub(super) enum AstKind {
 /// Parses the whole text as one expression.
 ///
 /// # Errors
-/// A finding at the first part that is not an expression of integers and Booleans.
+/// Returns a finding for the first part that is not an expression of integers and Booleans.
 pub(super) fn parse(
     text: &Mapped<'_>,
     language: Language,
@@ -85,7 +85,7 @@ pub(super) fn parse(
 /// Parses the target of an assignment: a name or an array element.
 ///
 /// # Errors
-/// The text is neither of these.
+/// If the text is neither of these.
 pub(super) fn location(
     text: &Mapped<'_>,
     language: Language,
@@ -203,7 +203,7 @@ impl Parser<'_, '_> {
             return self.error(
                 span,
                 "the expression ends too early",
-                Some("write what follows its last operator, or remove that operator"),
+                Some("write the operand after its last operator, or remove that operator"),
             );
         };
         match first {

@@ -26,7 +26,7 @@ const MAX_COPIES: usize = 20_000;
 /// The rewritten chart and notes about the changes; `None` if the chart needs no change.
 ///
 /// # Errors
-/// Too many conditions would have to be repeated.
+/// If too many conditions would have to be repeated.
 pub(super) fn legalize(chart: &Chart) -> Result<Option<(Chart, Vec<Diagnostic>)>, Box<Diagnostic>> {
     let mut rewritten = chart.clone();
     let mut notes = Vec::new();

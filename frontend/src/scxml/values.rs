@@ -244,7 +244,7 @@ impl Data {
     /// The value of an expression that reads no data element.
     ///
     /// # Errors
-    /// It reads a data element, or has no value.
+    /// If the expression reads a data element, or has no value.
     pub(super) fn fixed(&self, ast: &Ast, names: &Names) -> Result<Value, Box<Diagnostic>> {
         let (expr, _) = self.value(ast, names, false, &|_, _, _| None)?;
         constant_of(&expr).ok_or_else(|| {
@@ -359,7 +359,7 @@ impl Data {
     /// Converts a Boolean expression.
     ///
     /// # Errors
-    /// A part of it has no value here.
+    /// If a part of the expression has no value here.
     pub(super) fn condition(&self, ast: &Ast, names: &Names) -> Result<Expr, Box<Diagnostic>> {
         self.truth(ast, names, &|_, _, _| None)
     }
@@ -367,7 +367,7 @@ impl Data {
     /// Converts an expression of this kind.
     ///
     /// # Errors
-    /// A part of it has no value here, or a value of the other kind.
+    /// If a part of the expression has no value here, or a value of the other kind.
     pub(super) fn of_kind(
         &self,
         ast: &Ast,

@@ -28,7 +28,7 @@ use crate::xml;
 /// Writes the document of a statechart, and reports what it cannot contain. `net` is the lowered chart, which supplies the initial values.
 ///
 /// # Errors
-/// Everything that SCXML cannot express and that affects the behaviour, with its location.
+/// Returns a finding, with its location, for everything that SCXML cannot express and that affects the behaviour.
 pub fn write_design(
     design: &Design,
     net: &Net,
@@ -60,7 +60,7 @@ fn write_chart(chart: &Chart, net: &Net) -> Result<(String, Vec<Diagnostic>), Ve
 /// Like [`write_design`], for a net without its chart.
 ///
 /// # Errors
-/// As for [`write_design`], and everything that no chart can express.
+/// The errors of [`write_design`], and a finding for everything that no chart can express.
 pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write_design(&crate::from_net::design(net)?, net)
 }

@@ -190,7 +190,7 @@ pub(crate) enum TypeKind {
     /// `(red, green := 5)`
     Enum(Vec<(Ident, Option<Expr>)>),
     Struct(Vec<Var>),
-    /// `STRING[10]`, `POINTER TO INT`: unsupported; the name for messages.
+    /// `STRING[10]`, `POINTER TO INT`: unsupported; the payload is the name for messages.
     Refused(String),
 }
 
@@ -343,7 +343,7 @@ pub(crate) enum ExprKind {
     Call(Ident, Vec<Arg>),
     /// A flag that jump elimination introduces; it has no textual form.
     Flag(Flag),
-    /// `1.5`, `'text'`: unsupported; the name for messages.
+    /// `1.5`, `'text'`: unsupported; the payload is the name for messages.
     Refused(String),
 }
 
@@ -464,7 +464,7 @@ pub(crate) enum StmtKind {
     Exit,
     Continue,
     Return,
-    /// A statement that could not be parsed; the name for messages.
+    /// A statement that could not be parsed; the payload is its name for messages.
     Refused(String),
 }
 

@@ -161,7 +161,7 @@ fn not_called(library: &Library, pou: &Pou, lists: &[&[Stmt]], out: &mut Vec<Dia
                 codes::ST_NOT_CALLED,
                 format!("`{name}` is never called, so `{name}.{field}` never changes"),
             )
-            .at(*span, "read here, and still at its first value")
+            .at(*span, "read here, but it still has its initial value")
             .at(name.span, format!("no statement calls this {ty}"))
             .help(help),
         );

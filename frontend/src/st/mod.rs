@@ -80,7 +80,7 @@ pub(crate) fn finish(library: &ast::Library, mut findings: Findings) -> Parsed {
 /// Writes a net as text that reads back as the same net. The diagnostics list what the text cannot contain.
 ///
 /// # Errors
-/// Everything in the net that IEC 61131-3 cannot express.
+/// Returns a finding for everything in the net that IEC 61131-3 cannot express.
 pub fn write_net(net: &Net) -> Result<(String, Vec<Diagnostic>), Vec<Diagnostic>> {
     write::net(net)
 }

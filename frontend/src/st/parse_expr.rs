@@ -494,7 +494,7 @@ const UNITS: [(&str, i128); 7] = [
     ("s", 1_000_000_000),
 ];
 
-/// Why a text is not a duration, for the label, and the help: what to write instead.
+/// The reason why a text is not a duration, for the label, and the help text.
 fn why_no_duration(text: &str) -> (String, String) {
     let general = "write days, hours, minutes, seconds and milliseconds in this order, as in T#1h30m or T#2.5s".to_owned();
     let lower = text.to_ascii_lowercase();
@@ -510,7 +510,7 @@ fn why_no_duration(text: &str) -> (String, String) {
             return (format!("expected a number before `{number}`"), general);
         }
         let Some((word, unit)) = UNITS.iter().find(|(word, _)| number.starts_with(word)) else {
-            return (format!("`{number}` begins with no unit"), general);
+            return (format!("`{number}` does not begin with a unit"), general);
         };
         match before {
             Some((first, _)) if first == *word => return (format!("`{word}` twice"), general),

@@ -8,7 +8,7 @@
 //!   after                     if not c { after, outputs and fault into registers }
 //!                             busy := c;  held := what the next clock reads
 //! ```
-//! A round is a check together with what it fires: a micro-step, an event taken from a queue, or the empty check that ends the reaction. So outside
+//! A round is one check with its effect: a micro-step, an event taken from a queue, or the empty check that ends the reaction. So outside
 //! statecharts a reaction of k micro-steps takes k + 1 clocks, and one that changes nothing takes one. The micro-step count, the limit and the fault come
 //! from the program itself. The rest of the encoder only knows the cells for pins ([`Registers`]).
 //!

@@ -59,10 +59,10 @@ impl Encoder<'_> {
                 "narrow the ranges of arrays and arithmetic, or build for `c`; each micro-step already has its own clock".to_owned()
             }
             (Evolution::Stable { limit }, None) if self.net.emergency.is_some() => format!(
-                "use a smaller `limit`: one clock composes {limit} micro-steps, because no smaller depth is proved, and an emergency does not allow one clock per micro-step"
+                "use a smaller `limit`: one clock executes {limit} micro-steps, because no smaller depth is proved, and an emergency does not allow one clock per micro-step"
             ),
             (Evolution::Stable { limit }, None) => format!(
-                "use a smaller `limit`: one clock composes {limit} micro-steps, because no smaller depth is proved; a chart without calls in statement lists can use one clock per micro-step"
+                "use a smaller `limit`: one clock executes {limit} micro-steps, because no smaller depth is proved; a chart without calls in statement lists can use one clock per micro-step"
             ),
             (Evolution::Single | Evolution::Stable { .. }, _) => {
                 "narrow the ranges of long arrays and of wide divisions and multiplications, or build for `c`".to_owned()

@@ -1,7 +1,7 @@
 //! The times of steps that share a timer, as functions of its register.
 //!
 //! `s.t` is the register while s is active and 0 otherwise. The register counts to the largest cap, so the time of a step with a smaller cap is the minimum of
-//! both. These functions are no part of the circuit: a proof reads the state of the net from them ([`Logic::decoded`]).
+//! both. These functions are not part of the circuit: a proof reads the state of the net from them ([`Logic::decoded`]).
 
 use super::{Encoder, Value};
 use crate::word::{self, Word};

@@ -52,7 +52,7 @@ impl Isop<'_> {
             |bdd: &Bdd, f: Ref| if bdd.level(f) == Some(level) { bdd.branches(f) } else { (f, f) };
         let (lower0, lower1) = half(self.bdd, lower);
         let (upper0, upper1) = half(self.bdd, upper);
-        // The parts that only the negative, or only the positive literal can cover.
+        // The parts that only the negative or only the positive literal can cover.
         let only0 = self.bdd.and_not(lower0, upper1)?;
         let only1 = self.bdd.and_not(lower1, upper0)?;
         self.path.push((level as usize, false));

@@ -1,6 +1,6 @@
 //! The proved minimum: all primes, the essential ones, a table of the rest, and its smallest cover [Quine 1952, McCluskey 1956].
 //!
-//! The rows of the table are kinds of points rather than points. The recursion finds the sets of primes that cover some point and that no other point
+//! Each row of the table represents a kind of points, not a single point. The recursion finds the sets of primes that cover some point and that no other point
 //! makes superfluous; these correspond to the signature cubes of McGeer et al. [1993].
 
 use super::covering::solve;

@@ -4,7 +4,7 @@
 //! sum ─ expand ─ irredundant ─ essential ─► reduce ─ expand ─ irredundant … ─► last gasp ─► irredundant over the pool ─► sparse
 //! ```
 //! Products are expanded against the forbidden products (the blocking matrix), towards primes that cover most others; if the forbidden part has too
-//! many products, against the diagram.
+//! many products, they are expanded against the diagram.
 
 use super::covering::solve;
 use super::expand::Growth;
@@ -435,7 +435,7 @@ impl<'a> Loop<'a> {
             }
             match literals {
                 Some(literals) => kept[..words].copy_from_slice(&literals),
-                // The others cover all of it.
+                // The other products cover all of this product.
                 None if alone => continue,
                 None => {
                     is_empty[index] = true;
@@ -454,7 +454,7 @@ impl<'a> Loop<'a> {
         (shrunk, is_same)
     }
 
-    /// New primes over pairs of products that were each shrunk alone, and the best choice with them.
+    /// New primes that contain pairs of separately shrunk products, and the best choice that includes them.
     fn last_gasp(&mut self, terms: &Terms) -> Terms {
         let shape = self.shape;
         let (mut shrunk, is_same) = self.reduce(terms.clone(), true, true);
@@ -547,7 +547,7 @@ impl<'a> Loop<'a> {
                 if let Some(region) = gap {
                     let mut point = shape.empty();
                     point[..shape.literal_words()].copy_from_slice(&region);
-                    // An input that is still open may have either value; a point has one.
+                    // An undecided input may have either value, but a point needs one value.
                     for input in 0..shape.inputs() {
                         if shape.literal(&point, input).is_none() {
                             shape.set_literal(&mut point, input, Some(false));

@@ -383,7 +383,7 @@ pub enum Primes {
 pub enum Minimum {
     /// The sum is a proved minimum: no sum has fewer products.
     Exact,
-    /// `found` products are sufficient, `lower` are necessary.
+    /// `found` products are sufficient, and `lower` are necessary.
     Between {
         /// No sum has fewer products.
         lower: usize,

@@ -12,7 +12,7 @@ use super::terms::{Shape, Terms};
 use crate::bdd::{Bdd, Ref};
 use std::collections::BTreeMap;
 
-/// A set of products: 0 is the empty set, 1 contains only the product without literals.
+/// A set of products: 0 is the empty set, and 1 contains only the product without literals.
 type Set = u32;
 
 const EMPTY: Set = 0;

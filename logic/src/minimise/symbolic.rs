@@ -1,7 +1,7 @@
 //! Sums of a state machine with one flip-flop per state: symbolic minimisation [De Micheli, Brayton, Sangiovanni-Vincentelli 1985].
 //!
 //! Of the inputs in the field, exactly one is true; elsewhere the functions are free. On the relevant points, every product of literals of those
-//! inputs is a set of values: one value if it has a positive literal, all but the negated ones if it has none. So they form one multi-valued
+//! inputs is a set of values: one value if it has a positive literal, all but the negated ones if it has none. So these inputs form one multi-valued
 //! variable, products use negative literals only, and the codes that never occur need neither products nor diagrams: for `n` values these would be
 //! n(n-1)/2 pairs.
 //!

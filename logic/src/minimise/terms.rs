@@ -1,4 +1,4 @@
-//! Products of several outputs, stored in a flat array, and the queries on lists of them that need a recursion.
+//! Products of several outputs, stored in a flat array, and the recursive queries on such lists.
 //!
 //! A product is a set of literals and a set of outputs: words of positive literals, words of negative literals, words of outputs. Fewer literals and more
 //! outputs make it larger. The algorithms follow the unate recursive paradigm of espresso [Brayton et al. 1984]: a variable that occurs in one polarity
@@ -393,7 +393,7 @@ impl Terms {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Spent;
 
-/// The recursion: products of one output within one region.
+/// The state of the recursion over the products of one output within one region.
 pub(super) struct Recursion<'a> {
     terms: &'a Terms,
     /// Steps left.

@@ -266,7 +266,7 @@ fn work_of((too_wide, widest, _, literals): (usize, usize, usize, usize)) -> usi
 /// The work of a sum that was abandoned.
 const TOO_WIDE_WORK: usize = MOST * MOST * 8;
 
-/// The cost of the sums of a circuit: the number of too wide sums, the widest, all products, literals.
+/// The cost of the sums of a circuit: the number of sums that are too wide, the width of the widest, all products, literals.
 fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
     let mut total = (0, 0, 0, 0);
     let flops = logic.flops.iter().map(|(id, flop)| (flop.next, Function::Next(id)));

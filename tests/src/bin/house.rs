@@ -2,8 +2,8 @@
 //!
 //! - **Code lines**: lines with at least one token, without comments, doc comments and tests (`tests` folders and files, items under `#[cfg(test)]`).
 //! - **Long functions**: functions of more than [`LONG`] lines, from the signature to the closing brace.
-//! - **Circles**: sets of files of one crate that name items of each other; what a file names of its own parents, and what
-//!   it re-exports of its children, does not count.
+//! - **Circles**: sets of files of one crate that name items of each other. Two things do not count: items of a file's own parents, and
+//!   re-exported items of its children.
 //! - **Listed variants**: lines that begin with `| Type::Variant`. They are acceptable if a forgotten variant would make the output wrong.
 //! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, that should be queries on data.
 
@@ -286,7 +286,7 @@ fn lines_of(tokens: TokenStream, lines: &mut BTreeSet<usize>) {
     }
 }
 
-/// What the items of a file contain.
+/// The contents of the items of a file.
 #[derive(Default)]
 struct Items<'a> {
     shown: &'a str,

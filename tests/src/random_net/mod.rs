@@ -43,7 +43,7 @@ pub fn random_net(seed: u64, features: &Features) -> Valid<Net> {
             return net;
         }
     }
-    // One initial step is always valid; if even that is rejected, validation itself is broken and every test will report it.
+    // One initial step is always valid; if even that is rejected, validation itself is broken and this loop never ends.
     loop {
         if let Ok(net) = validate(tiny()) {
             return net;

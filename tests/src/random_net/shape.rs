@@ -102,7 +102,7 @@ impl Builder<'_> {
 
     /// Adds a chain of steps in which each transition competes with its neighbours: the winner is determined link by link, so a policy takes as many
     /// rounds as the chain is long. All links share one receptivity, because long chains would otherwise rarely compete at once; the transitions back
-    /// often wait until it is false, so that a stable chart comes to rest.
+    /// often wait until it is false, so that the evolution of a stable chart ends.
     fn conflict_chain(&mut self) {
         let part = PartId::from_index(0);
         let links = 3 + self.random.below(5);

@@ -48,7 +48,7 @@ pub fn weakened(net: &Net, random: &mut Random) -> Option<Valid<Net>> {
     validate(changed).ok().filter(|changed| **changed != *net)
 }
 
-/// The n-th way to shrink the net: `None` if there are no more, an inner `None` if this one does not apply.
+/// The n-th way to shrink the net: `None` if there are no more, or an inner `None` if this one does not apply.
 type Pass = fn(&Net, usize) -> Option<Option<Net>>;
 
 /// All passes; those that remove most come first.

@@ -70,7 +70,7 @@ struct Score {
     faults: Vec<String>,
 }
 
-/// The longest time: charts that take long to search one by one are left to the deep runs.
+/// The longest times in the charts; charts that take too long to search are left to the deep runs.
 fn longest() -> i64 {
     if rounds(0, 1) == 0 { 600 } else { 5_000 }
 }

@@ -190,8 +190,8 @@ fn everything(net: &Valid<Net>) -> Option<Everything> {
     Some(found)
 }
 
-/// More of what the exploration of classes of rows depends on: edges of one input in several places, also mixed with steps, output conditions and
-/// assertions over inputs, exclusive events, short queues.
+/// Adds features that matter to the exploration of classes of rows: edges of one input in several places, also mixed with steps, output conditions and
+/// assertions over inputs, exclusive events, and short queues.
 fn spiced(net: &Valid<Net>, seed: u64) -> Option<Valid<Net>> {
     let mut random = Random::new(seed ^ 0x5eed);
     let mut net = Net::clone(net);

@@ -20,7 +20,7 @@ pub(crate) struct Contract {
     pub(crate) members: Vec<(String, i64, i64)>,
     /// The chart's own limit of micro-steps (per reaction, or per event in a statechart), if no smaller number is proved.
     pub(crate) limit: Option<u32>,
-    /// The members that count what is pending within a reaction, such as the events of a queue.
+    /// The members that count pending items within a reaction, such as the events of a queue.
     pub(crate) counts: Vec<String>,
 }
 

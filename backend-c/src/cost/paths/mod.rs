@@ -2,13 +2,13 @@
 //! of the text.
 //!
 //! # How it is found
-//! - [`Way::Each`]: from the instance after `NAME_init`, runs each reaction with any inputs until no new instance appears: all paths that values
+//! - [`Way::Each`]: starts at the instance after `NAME_init`, and runs reactions with all inputs until no new instance appears: all paths that values
 //!   allow, one by one. Numbers that do not select a path are intervals, and an input is unknown until a condition reads it.
 //! - [`Way::Joined`]: if that is too much work, all instances are joined into one that records the possible values of each member. Within a reaction,
 //!   states are kept apart by the flags and counters of the loop over micro-steps (which event is taken, how many are pending) and joined otherwise;
 //!   so each event of a row counts once, with the worst case of the regions.
 //!
-//! Both count every path that a processor can take. If something cannot be followed (user code, copied structures), the bound of the text applies.
+//! Both ways count every path that a processor can take. If something cannot be followed (user code, copied structures), the bound of the text applies.
 
 pub(in crate::cost) mod code;
 mod contract;
@@ -26,7 +26,7 @@ use values::{Kind, Values};
 /// How the paths were explored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// One by one from every reachable instance; contains the number of instances.
+    /// Path by path from every reachable instance; the payload is the number of instances.
     Each(usize),
     /// From all instances joined.
     Joined,
@@ -47,7 +47,7 @@ pub(in crate::cost) struct Found {
     pub(in crate::cost) way: Way,
 }
 
-/// What path exploration needs to know about a chart.
+/// The data about a chart that path exploration needs.
 pub(in crate::cost) struct Chart<'a> {
     pub(in crate::cost) unit: &'a Unit,
     pub(in crate::cost) routines: &'a [Routine],
@@ -59,7 +59,7 @@ pub(in crate::cost) struct Chart<'a> {
 }
 
 /// The maximum work of all searches of a chart together. The unit is one statement executed on one state; creating and joining states
-/// counts as work too. It takes at most about ten seconds in an unoptimised build.
+/// counts as work too. This much work takes at most about ten seconds in an unoptimised build.
 const WORK: u64 = 10_000_000;
 /// The maximum work of one search from instance to instance.
 const WORK_OF_EACH: u64 = 3_000_000;
@@ -323,7 +323,7 @@ impl<'a> Search<'a> {
         Ok(ends.iter().map(|it| self.own_of(it)).collect())
     }
 
-    /// Records the most expensive of some final states in `best`, with its start.
+    /// Records the most expensive of these final states in `best`, with its start.
     fn note(&self, ends: &[State], from: &[Values], row: usize, best: &mut Best) {
         for end in ends {
             best.price = best.price.or(end.price);
@@ -409,7 +409,7 @@ impl<'a> Search<'a> {
         Err(Stopped::TooMuch)
     }
 
-    /// The cells that keep states apart in a reaction: the variables of `NAME_step`, and members of the instance that count what is pending. With `all`, these
+    /// The cells that keep states apart in a reaction: the variables of `NAME_step`, and members of the instance that count pending items. With `all`, these
     /// are all members except arrays.
     fn keys(&self, all: bool) -> Vec<usize> {
         let chart = self.chart;

@@ -49,7 +49,7 @@ pub(super) fn all_asked(
     ways.into_iter().map(|(question, body, jump)| Some((question?, body, jump))).collect()
 }
 
-/// The condition of a loop without its counter; `Some(None)` if nothing else is tested; `None` if the body reads the counter or the loop continues to count it.
+/// The condition of a loop without its counter; `Some(None)` if nothing else is tested; `None` if the loop has no counter, or if the body or the rest of the condition reads the counter.
 pub(super) fn without_counter<'e>(
     stmt: &Stmt,
     condition: Option<&'e Expr>,
@@ -107,7 +107,7 @@ impl Walker<'_> {
         first
     }
 
-    /// The executable form of a statement that was walked; if something is lost, it becomes [`What::Lost`].
+    /// The executable form of a statement that was walked; if path exploration cannot follow a part of it, the result is [`What::Lost`].
     pub(super) fn op(&mut self, line: u32, make: impl FnOnce(&mut Self) -> What) -> Op {
         self.lost = None;
         let text = self.text;

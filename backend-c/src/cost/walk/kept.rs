@@ -1,7 +1,7 @@
 //! Finds the structures that a compiler keeps in registers, member by member.
 //!
 //! gcc replaces a local structure of numbers by one variable for each member (`-ftree-sra`, part of `-O1` and above) if only its members are ever used.
-//! A pointer to it that is passed to a part of the function (see [`super::parts`]) is replaced too, as long as the part does the same.
+//! A pointer to it that is passed to a part of the function (see [`super::parts`]) is replaced too, if the part also uses only its members.
 
 use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_expr, each_inner, names_in};
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,4 +1,4 @@
-//! How many bytes of locals are live at the same time in a function: each from its declaration to its last use.
+//! The number of bytes of locals that are live at the same time in a function: each local is live from its declaration to its last use.
 //!
 //! A local that is declared before a loop and used in it is live to the end of the loop. Registers that a compiler needs besides those of the locals are not
 //! counted here.
@@ -25,7 +25,7 @@ impl Live {
             spans.declare(name, ty);
         }
         spans.list(&function.body);
-        // What begins and what ends at each position.
+        // The bytes whose lifetimes begin and end at each position.
         let mut changes = vec![(0_u64, 0_u64); spans.at + 2];
         for span in &spans.all {
             changes[span.first].0 += span.bytes;

@@ -1,7 +1,7 @@
 //! The worst-case path through the functions of a chart.
 //!
-//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. Lists
-//! add them up; `if` and `switch` take the maximum of each kind; so a branch that returns early is not added to the statements after it. The path is
+//! A statement has a cost for each way out of it: to the next statement, out of the function, out of the loop or `switch`, to the next round. A list adds
+//! them up; `if` and `switch` take the maximum of each kind. So a branch that returns early is not added to the statements after it. The path is
 //! found afterwards, by determining in reverse which part produced the result.
 
 pub(super) mod compile;

@@ -26,7 +26,7 @@ const LARGE_FRAME: u64 = 128;
 pub(super) struct Setting {
     /// True if it is part of its only caller.
     pub(super) is_part: bool,
-    /// Bytes of registers that it saves; a part saves nothing by itself.
+    /// The number of bytes of registers that it saves; a part saves none: its caller saves them.
     pub(super) saved: u64,
     /// True if locals are on the stack because there are too few registers.
     pub(super) is_spilled: bool,
@@ -225,7 +225,7 @@ struct Program<'a> {
 }
 
 impl Program<'_> {
-    /// What each function needs with its parts. A function that becomes too large keeps its parts as separate functions. `kept` are the structures in
+    /// The need of each function, including its parts. A function that becomes too large keeps its parts as separate functions. `kept` are the structures in
     /// registers.
     fn whole(&self, is_part: &mut [bool], kept: &[BTreeSet<Rc<str>>]) -> Vec<Need> {
         let mut needs: Vec<Need> = Vec::with_capacity(self.functions.len());
@@ -267,7 +267,7 @@ impl Program<'_> {
     }
 }
 
-/// What a part needs in addition to its caller: a pointer that is passed on unchanged is already in a register.
+/// The additional need of a part within its caller: a pointer that is passed on unchanged is already in a register.
 fn without_handed_on(need: &Need, part: &Function, caller: &Frame, machine: &Machine) -> Need {
     let arguments = caller.arguments.get(&part.name).map(Vec::as_slice).unwrap_or_default();
     let handed_on = (part.parameters.iter().zip(arguments))

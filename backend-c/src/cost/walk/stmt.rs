@@ -218,7 +218,7 @@ impl Walker<'_> {
             } else if n < from {
                 by_tree
             } else {
-                // Labels with the same body may or may not count as one.
+                // A compiler may or may not merge labels with the same body, so the larger cost counts.
                 by_tree.max(by_table)
             });
             it.text += (n * u64::from(machine.switch_compare.text))

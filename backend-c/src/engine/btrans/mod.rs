@@ -56,7 +56,7 @@ fn refuse<T>(what: impl Into<String>, span: Span) -> Tabled<T> {
 /// Emits the net in this layout.
 ///
 /// # Errors
-/// The net uses something that these tables have no columns for.
+/// If the net uses something that these tables have no columns for.
 pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<StyleOutput> {
     let span = net.name.span;
     if !net.settings.policy.is_statechart() {
@@ -97,7 +97,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
     tables.add(
         Row::Number("int32_t"),
         "caps",
-        "values at which times stop",
+        "maximum values of times",
         caps.map(|it| (it, String::new())).collect(),
     );
     let values = net
@@ -373,7 +373,7 @@ fn emit(
         member(&format!("uint8_t active[{upper}_ACTIVE]"), "states, histories, edges"),
         member(&format!("int32_t time[{upper}_TIMES]"), "times of states"),
         member(&format!("int32_t values[{upper}_VALUES]"), "variables"),
-        member("bool fault", "the last reaction did not come to rest"),
+        member("bool fault", "the last reaction did not become stable"),
     ];
     let inputs: Vec<_> =
         plan.inputs.iter().filter_map(|(id, at)| Some((id, usize::from((*at)?)))).collect();

@@ -722,7 +722,7 @@ struct Context {
     rounds: u64,
 }
 
-/// The id of a temp that may not belong to the program.
+/// The id of a temp, which may be one beyond the temps of the program.
 fn temp_id(at: usize) -> grafsynth_ir::Id<Temp> {
     grafsynth_ir::Id::from_index(at)
 }

@@ -73,7 +73,7 @@ impl Emit<'_> {
         if fault {
             members.push(member(
                 "bool fault".to_string(),
-                "the last reaction did not settle".to_string(),
+                "the last reaction did not become stable".to_string(),
                 Vec::new(),
             ));
         }
@@ -108,7 +108,7 @@ impl Emit<'_> {
         ranges
     }
 
-    /// What each scalar of the instance holds.
+    /// The contents of each scalar of the instance.
     pub(super) fn holds(&self, fault: bool) -> Vec<(Place, Holds)> {
         let mut all = Vec::new();
         for (index, machine) in self.plan.machines.iter().enumerate() {

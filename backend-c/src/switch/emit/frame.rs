@@ -1,4 +1,4 @@
-//! What surrounds the evolution: free timers and the timers of actions before it, controlled actions and free timers after it.
+//! The statements around the evolution: free timers and the timers of actions before it, controlled actions and free timers after it.
 //!
 //! These statements come from the reaction program ([`grafsynth_ir::lower::program::frame`]) and are printed by the printer of the style `bits`; the
 //! steps' bits and times are read from the state variables.

@@ -1,7 +1,7 @@
 //! Outputs that are bits: a reaction collects them in a register and writes each word once.
 //!
 //! The unconditional outputs of a step are a mask. A small variable whose transitions affect no other variable adds the mask in the code of its
-//! transitions, so that the mask costs no test; a larger one, or one that forks and joins change, reads it from a table after all have moved; for one
+//! transitions, so that the mask costs no test; a larger one, or one that forks and joins change, reads it from a table after all variables have moved; for one
 //! or two steps a test is cheaper than a table.
 
 use super::Emit;

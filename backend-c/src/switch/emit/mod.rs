@@ -100,7 +100,7 @@ impl Init {
         }
     }
 
-    /// True if nothing assigns to the value later in a function whose scratch data are locals.
+    /// True if nothing assigns the value later, so that it can be a constant local.
     fn is_const(&self) -> bool {
         match self {
             Init::Call(_) | Init::Old(_) => true,

@@ -1,4 +1,4 @@
-//! Outputs: tests of the variables if there are few steps, a separate `switch` if there are many.
+//! Outputs: tests of the variables if there are few steps, or a separate `switch` if there are many.
 
 use super::Emit;
 use super::read::{Place, Reader};

@@ -360,7 +360,7 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
     busy
 }
 
-/// What each step of a variable waits for, if the variable is plain.
+/// The conditions for which each step of a variable waits, if the variable is plain.
 fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>> {
     let mut all = Vec::new();
     for step in &plan.machines[index].steps {

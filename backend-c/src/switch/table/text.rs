@@ -159,7 +159,7 @@ impl Bank {
         if !single {
             let mut body = vec![
                 Node::line(format!("{first} first;"))
-                    .note("its first row; the next step's first row ends them"),
+                    .note("its first row; its rows end before the first row of the next step"),
             ];
             body.extend(lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("its outputs")));
             nodes.push(
@@ -405,7 +405,7 @@ impl Bank {
     }
 }
 
-/// What the trace records for a row.
+/// The statement that records the transition of a row in the trace, if there is a trace.
 fn traced(emit: &Emit<'_>) -> Vec<Node> {
     let call = format!("{}_fired(self, row->fired);", emit.names.prefix);
     emit.options.trace.map(|_| Node::line(call)).into_iter().collect()

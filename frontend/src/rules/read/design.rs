@@ -490,7 +490,7 @@ impl Builder<'_> {
         self.findings.report(|| {
             Diagnostic::error(
                 codes::STEP_IN_CONDITION,
-                format!("transition `{label}` cannot leave one of {n} steps"),
+                format!("transition `{label}` cannot leave only one of {n} steps"),
             )
             .at(factor.span, "a sum of steps")
             .help(format!(

@@ -11,9 +11,9 @@ use crate::scxml::expr::{self, Ast, AstKind};
 use crate::scxml::{GRAFSYNTH, SCXML, refuse};
 use crate::xml::{self, Mapped};
 
-/// What to do about elements and attributes that are only read by other tools.
+/// The help text for elements and attributes that only other tools read.
 const FOREIGN: &str =
-    "keep them for the tool that reads them, or delete them: the chart is the same";
+    "keep them for the tool that reads them, or delete them: the chart does not depend on them";
 
 impl<'t> Reader<'_, 't> {
     pub(super) fn report(&mut self, finding: impl Into<Box<Diagnostic>>) {

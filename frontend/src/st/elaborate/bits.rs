@@ -133,7 +133,7 @@ impl Elaborator<'_> {
         if key == "SHL" && is_lost(width) {
             return Ok(Value::int(0, span));
         }
-        // A rotation to the right is one to the left by the rest of the bits.
+        // A rotation to the right by n bits is a rotation to the left by the width minus n.
         let by = if key == "ROR" { width - by % width } else { by } % width;
         if by == 0 {
             return done(Some(num));

@@ -1,6 +1,6 @@
 //! Replaces EXIT, CONTINUE and RETURN by flags: charts have no jumps.
 //!
-//! Statements after a statement that may leave run only if a flag is false:
+//! Statements after a statement that may jump run only if a flag is false:
 //!
 //! ```text
 //! FOR i := 0 TO 9 DO             each time:    IF NOT found THEN

@@ -1,8 +1,8 @@
 //! Turns the tree of IEC 61131-3 into charts: decides which units become charts, what their variables become, and which names are visible
 //! where.
 //!
-//! - Each program, or each program instance of a configuration, is a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without
-//!   programs, each function block with a chart is one; if there is none either, each function block that no other unit contains.
+//! - Each program, or each program instance of a configuration, becomes a chart (`conflict priority`, `evolution single`, `actions iec`). In a file without
+//!   programs, each function block with a chart becomes one; if there is no such block either, each function block that no other unit contains becomes one.
 //! - Function blocks are expanded in their callers, with one set of variables per instance, named `instance.variable`.
 //! - The standard function blocks are expanded in the same way, from a text of their own (`prelude`).
 //! - Functions become expressions.

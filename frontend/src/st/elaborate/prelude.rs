@@ -3,8 +3,8 @@
 //! ```text
 //! t(IN := e, PT := T#3s)      t.IN := e;  t.Q := t.IN and t.ET >= 3 s      timer t.ET while t.IN
 //! ```
-//! The free timer starts in the scan in which `t.IN` becomes true. At the beginning of each later scan it includes the time of that scan
-//! (semantics §7), so it equals a clock that is read at each call.
+//! The free timer starts in the scan in which `t.IN` becomes true. In each later scan, the time of the scan is added at the beginning
+//! (semantics §7), so the timer equals a clock that is read at each call.
 
 use std::sync::LazyLock;
 

@@ -1,6 +1,6 @@
-//! What a name refers to. The rules of all units are here.
+//! Finds the object that a name refers to. The rules of all units are here.
 //!
-//! | where | a name is looked up in, the first that knows it wins |
+//! | use of the name | looked up in this order; the first match counts |
 //! |---|---|
 //! | expression, target of an assignment | the unit or instance: its variables and steps; the globals; the values of the enumerations |
 //! | `a.b` | `b` in the instance or structure `a`, or `X` and `T` of the step `a`; if nothing is named `a`: an enumeration `a`, the globals (`a` names their list) |
@@ -26,17 +26,17 @@ impl Elaborator<'_> {
         self.frames.len() - 1
     }
 
-    /// What a name refers to in the frame itself.
+    /// The object that a name refers to in the frame itself.
     pub(super) fn own(&self, frame: FrameId, id: &str) -> Option<&Binding> {
         self.frames[frame].names.get(id)
     }
 
-    /// Makes a name of the frame refer to an object; returns what it referred to before.
+    /// Makes a name of the frame refer to an object; returns the object that the name referred to before.
     pub(super) fn bind(&mut self, frame: FrameId, id: &Symbol, to: Binding) -> Option<Binding> {
         self.frames[frame].names.insert(id.clone(), to)
     }
 
-    /// What a name refers to in the frame or among the globals.
+    /// The object that a name refers to in the frame or among the globals.
     pub(super) fn lookup(&self, frame: FrameId, id: &str) -> Option<Binding> {
         self.own(frame, id).or_else(|| self.own(GLOBALS, id)).cloned()
     }
@@ -46,7 +46,7 @@ impl Elaborator<'_> {
         if let Some(Binding::Object(object)) = self.lookup(frame, id) { Some(object) } else { None }
     }
 
-    /// What a name in an expression refers to.
+    /// The object that a name in an expression refers to.
     pub(super) fn resolve(&mut self, frame: FrameId, name: &Ident) -> Outcome<Binding> {
         let span = self.at(name.span);
         match (self.lookup(frame, &name.id), self.enumerated.get(&name.id)) {
@@ -63,7 +63,7 @@ impl Elaborator<'_> {
         }
     }
 
-    /// What `list.name` refers to; `None` if `list` is not the name of an enumeration or of a list of globals.
+    /// The object that `list.name` refers to; `None` if `list` is not the name of an enumeration or of a list of globals.
     pub(super) fn qualified(
         &mut self,
         frame: FrameId,

@@ -45,7 +45,7 @@ struct Build {
     assigned: BTreeMap<Symbol, Span>,
 }
 
-/// What can be an action of a step.
+/// The help text about the possible actions of a step.
 const OTHER_ACTION: &str =
     "write the name of a BOOL variable, or of an `ACTION name: .. END_ACTION` that assigns it";
 
@@ -190,7 +190,7 @@ impl<'a> Elaborator<'a> {
                 finding = finding.at(*assigned, "assigned here");
             }
             self.report(finding.help(format!(
-                "remove the assignment and write `{name}(S)` and `{name}(R)` in the steps, or remove the step action; now S and R write it first in each scan, then the statements"
+                "remove the assignment and write `{name}(S)` and `{name}(R)` in the steps, or remove the step action; as written, S and R set it first in each scan, and the statements overwrite it"
             )));
         }
         let base = &place.name.text;
@@ -344,7 +344,7 @@ impl<'a> Elaborator<'a> {
         }
     }
 
-    /// The duration of a use in nanoseconds: `Some(None)` if it has none, `None` if it is invalid.
+    /// The duration of a use in nanoseconds: `Some(None)` if it has none, and `None` if it is invalid.
     fn duration(&mut self, build: &Build, one: &ast::Use) -> Option<Option<u64>> {
         let duration = match &one.duration {
             Some(duration) => {

@@ -62,7 +62,7 @@ impl Elaborator<'_> {
             ast::StmtKind::Call { target, arguments } => {
                 self.call(frame, target, arguments, span, out)
             }
-            // One function per form: the stack of nested statements is the sum of their frames.
+            // One function for each form of statement: nested statements add up the stack frames of these functions.
             ast::StmtKind::If { arms, otherwise } => {
                 self.conditional(frame, arms, otherwise, span, out)
             }
@@ -158,7 +158,7 @@ impl Elaborator<'_> {
         self.frames[frame].flags.extend(bound);
         let outer = self.own(frame, key).cloned();
         for value in &rounds.each {
-            // Nested loops would run on even after the budget is exhausted.
+            // Otherwise, nested loops would continue even after the budget is exhausted.
             if self.spend(span, 1).is_err() {
                 break;
             }

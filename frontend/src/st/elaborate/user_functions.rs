@@ -1,4 +1,4 @@
-//! Functions that the user declares: a call runs the body on expressions.
+//! Functions that the user declares: a call runs the body symbolically, with expressions as the values of variables.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::st::ast::{self, Arg, Body, Flag, Pou, PouKind, Section, StmtKind, Var
 use crate::st::symbol::{Ident, Symbol};
 
 impl Elaborator<'_> {
-    /// The value of a function call. Runs the body on expressions: both branches of an IF are run, and a choice combines the results.
+    /// The value of a function call. Runs the body symbolically: both branches of an IF are run, and a choice combines the results.
     pub(super) fn run_function(
         &mut self,
         frame: FrameId,

@@ -32,7 +32,7 @@ pub(super) enum Time {
     Varying(Values),
     /// The expression is the name of a timer or of the time of a step.
     Running,
-    /// ET of an on-delay timer: the timer in the expression while the block's input was true, at most PT in nanoseconds, otherwise 0.
+    /// ET of an on-delay timer: while the block's input was true, the timer in the expression, limited to PT (`limit`, in nanoseconds); otherwise 0.
     Elapsed { running: Box<Expr>, limit: i64 },
 }
 

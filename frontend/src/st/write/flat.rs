@@ -8,7 +8,7 @@ use grafsynth_ir::net::{Net, PartId, Schedule};
 
 use crate::codes;
 
-/// The same net without macro-steps, and warnings about what is lost. Their steps are named `macro.step` in the enclosing chart. A net
+/// The same net without macro-steps, and warnings about what is lost. The steps in macro-steps are named `macro.step` in the enclosing chart. A net
 /// whose charts do not run in source order is not changed, because there the depth of a macro-step matters.
 pub(crate) fn flat(net: &Net) -> (Net, Vec<Diagnostic>) {
     let mut flat = net.clone();

@@ -190,7 +190,7 @@ impl Names for Maker<'_> {
 /// The programs of a net, with macro-steps expanded.
 ///
 /// # Errors
-/// Everything that the target cannot express.
+/// Returns a finding for everything that the target cannot express.
 pub(crate) fn programs_of(net: &Net, target: &'static str) -> Result<Programs, Vec<Diagnostic>> {
     let (net, lost) = super::flat::flat(net);
     let design = crate::from_net::design(&net)?;

@@ -1,4 +1,4 @@
-//! Writes lists that run at activations and deactivations, and free timers, with the means of the standard.
+//! Writes lists that run at activations and deactivations, and free timers, with features of the standard.
 //!
 //! ```text
 //! step s { entry { n := n + 1 } }     STEP s: s_entry(P1); END_STEP      ACTION s_entry: n := n + 1; END_ACTION

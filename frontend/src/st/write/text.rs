@@ -139,7 +139,7 @@ fn written(names: &dyn Names, expr: &Expr) -> Result<(String, Level), Cannot> {
 /// A bit operator. Systems differ in the precedences of AND, OR and XOR, so operands that contain one are in parentheses.
 fn bitwise(names: &dyn Names, a: &Expr, word: &str, b: &Expr) -> Result<(String, Level), Cannot> {
     if word == "XOR" && b.kind == ExprKind::Int(-1) {
-        // NOT inverts only the bits of a type, which the number may not have.
+        // NOT inverts only the bits of a type, and the number may have no such type.
         return Ok((format!("-1 - {}", within(names, a, Level::Product)?), Level::Sum));
     }
     let (a, b) = (within(names, a, Level::Sum)?, within(names, b, Level::Sum)?);
@@ -147,7 +147,7 @@ fn bitwise(names: &dyn Names, a: &Expr, word: &str, b: &Expr) -> Result<(String,
 }
 
 /// A shift by a constant. SHL loses the bits beyond its type and SHR inserts zeros, so a shift is written as a product, or as the quotient of a number whose low
-/// bits are cleared: it is exact, and therefore rounds down.
+/// bits are cleared; that quotient is exact, so the shift rounds down.
 fn shift(
     names: &dyn Names,
     a: &Expr,

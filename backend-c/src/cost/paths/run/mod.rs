@@ -26,7 +26,7 @@ pub(in crate::cost) struct Step {
 
 pub(in crate::cost) type Way = Option<Rc<Step>>;
 
-/// What is known at a point of a run, and the most expensive path to it.
+/// The known facts at a point of a run, and the most expensive path to that point.
 #[derive(Debug, Clone)]
 pub(in crate::cost) struct State {
     pub(in crate::cost) memory: Vec<Values>,

@@ -1,4 +1,4 @@
-//! Conditions: the possible outcomes of a condition in a state, and what each implies for the numbers in it.
+//! Conditions: the possible outcomes of a condition in a state, and the values that each outcome leaves for the numbers in the condition.
 
 use super::super::code::{Code, Question};
 use super::super::values::{Values, compared};
@@ -114,7 +114,7 @@ impl Run<'_> {
         })
     }
 
-    /// Splits a state by a condition over some numbers. If only one of their cells is unknown, each half keeps the values that lead to it: computed for a
+    /// Splits a state by a condition over these numbers. If only one of their cells is unknown, each half keeps the values that lead to it: computed for a
     /// comparison with a constant, otherwise found by trying the values one by one.
     fn part(
         &mut self,
