@@ -4,7 +4,7 @@
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
 //! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
 
-use super::bytes::{Assembler, MARK, Place, Places};
+use super::bytes::{Assembler, Place, Places};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::image::{Line, crc32, narrow};
 use super::instructions::{Evolution, most_instructions};
@@ -18,7 +18,7 @@ use crate::style_output::{Engine, StyleOutput, mentions};
 use crate::times::Ticks;
 use crate::{FileKind, Object, Options, bits};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::lower::program::{Additions, Marks, ProgramOptions, program_with};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
 };
@@ -61,8 +61,7 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<StyleOutput, Failure> {
-    let marks = options.trace.map(|_| marks(net));
-    let additions = Additions { marks: marks.as_ref(), ..Additions::default() };
+    let additions = Additions { marks: options.trace.is_some(), ..Additions::default() };
     let program =
         program_with(net, &ProgramOptions::default(), additions).map_err(Failure::Errors)?;
     let ticks = bits::ticks(&program);
@@ -99,15 +98,6 @@ pub(crate) fn program(
         }));
     }
     Ok(emit(net, names, &program, &places, &room, ticks, &lines))
-}
-
-/// Trace marks, as verbatim text with only the number of the mark.
-fn marks(net: &Net) -> Marks {
-    let mark = |text: String| Verbatim { language: MARK.to_owned(), text };
-    Marks {
-        micro_step: mark(String::new()),
-        fires: IdMap::build(&net.transitions, |id, _| mark(id.index().to_string())),
-    }
 }
 
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.

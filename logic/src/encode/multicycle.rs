@@ -172,7 +172,11 @@ fn split_pure<'a>(
 /// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
     statements(block).all(|stmt| match stmt {
-        Stmt::Set(..) | Stmt::Store(..) | Stmt::If(..) | Stmt::Repeat { .. } => true,
+        Stmt::Set(..)
+        | Stmt::Store(..)
+        | Stmt::If(..)
+        | Stmt::Repeat { .. }
+        | Stmt::Mark(_) => true,
         Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
     })
 }
@@ -267,7 +271,8 @@ impl Exposed {
                 | Stmt::Output(..)
                 | Stmt::Call(..)
                 | Stmt::Fault(_)
-                | Stmt::Code(_) => {
+                | Stmt::Code(_)
+                | Stmt::Mark(_) => {
                     stmt.exprs().for_each(|expr| self.expr(expr));
                 }
             }
@@ -479,7 +484,7 @@ impl<'a> Maker<'a> {
                     }
                     Stmt::Call(output, arguments)
                 }
-                stmt @ (Stmt::Set(..) | Stmt::Store(..) | Stmt::Code(_)) => stmt,
+                stmt @ (Stmt::Set(..) | Stmt::Store(..) | Stmt::Code(_) | Stmt::Mark(_)) => stmt,
             };
             out.push(stmt);
         }

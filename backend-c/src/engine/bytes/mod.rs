@@ -19,7 +19,7 @@ use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
 use grafsynth_ir::net::{InputId, Net, OutputId, StepId, TransitionId};
 use grafsynth_ir::program::{
-    CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+    CellId, Expr, Leaf, Mark, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,8 +31,6 @@ const LEVELS: usize = 10;
 const STACK: usize = 16;
 /// The maximum depth of nested loops.
 const LOOPS: usize = 3;
-/// The language name of a trace ring mark.
-pub(super) const MARK: &str = "\u{0}mark";
 
 /// The instructions, in the order of their codes.
 #[derive(Debug, Clone, Copy)]
@@ -301,12 +299,7 @@ impl<'a> Assembler<'a> {
     }
 
     fn text(&mut self, language: &str, text: &str) {
-        if language == MARK {
-            match text.parse() {
-                Ok(transition) => self.with(Op::Fired, transition),
-                Err(_) => self.op(Op::Micro),
-            }
-        } else if is_c(language) {
+        if is_c(language) {
             let number = self.places.texts.iter().position(|it| it == text);
             self.with(Op::Text, narrow(number.unwrap_or_default()));
         }
@@ -544,6 +537,8 @@ impl<'a> Assembler<'a> {
                 self.call(*output, lower.len())?;
             }
             Stmt::Code(text) => self.text(&text.language, &text.text),
+            Stmt::Mark(Mark::MicroStep) => self.op(Op::Micro),
+            Stmt::Mark(Mark::Fires(id)) => self.with(Op::Fired, narrow(id.index())),
             Stmt::Fault(value) => {
                 if self.sets_fault {
                     self.value(value, &mut kept);
