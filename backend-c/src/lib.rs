@@ -52,6 +52,7 @@ mod switch;
 mod times;
 pub mod trace;
 
+pub use engine::room::{Damage, Flaw, Room, check_image};
 pub use harness::{explorer, harness, multi_harness};
 
 use grafsynth_ir::diag::Diagnostic;
@@ -300,6 +301,8 @@ pub struct Package {
     pub tried: Vec<cost::Candidate>,
     /// For a chart as an interpreted program: the maximum number of instructions that one reaction runs, with the proved rounds of the evolution.
     pub instructions: Option<u64>,
+    /// For a chart with an image: the engine and the instance that [`check_image`] checks an image for.
+    pub room: Option<Room>,
     /// Additional facts for the analysis of `NAME.c`.
     marks: c::print::Marks,
     /// The possible values of its inputs and members.
@@ -477,6 +480,7 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
+    let room = program.engine.as_ref().and_then(|it| it.room);
     let representation = (!program.holds.is_empty() || program.instance.is_empty())
         .then(|| interface::representation(net, &names, &program));
     let contract = cost::Contract::of(net, facts, &names, &program.ranges);
@@ -491,6 +495,7 @@ pub fn emit(
         representation,
         tried: Vec::new(),
         instructions,
+        room,
         marks,
         contract,
     })

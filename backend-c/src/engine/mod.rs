@@ -11,18 +11,21 @@
 // A variant that an emitter forgets is a miscompile.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod assemble;
 pub(crate) mod btrans;
 mod bytes;
+mod check;
 mod code;
 mod handing;
 mod image;
-mod instructions;
+mod ops;
 pub(crate) mod program;
+pub(crate) mod room;
 
 use crate::c::print::{Kind, Node};
 use crate::names::Names;
 use crate::refusal::Refusal;
-use crate::style_output::{Engine, Member, StyleOutput};
+use crate::style_output::{Engine, EngineFile, Member, StyleOutput};
 use crate::times::{Ticks, step_caps};
 use crate::{FileKind, Object, Options};
 use grafsynth_ir::net::{
@@ -33,17 +36,34 @@ use grafsynth_ir::{IdMap, Span};
 use handing::{as_type, clear_words, hand_in, hand_out};
 use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
 use itertools::Itertools as _;
+use ops::Machine;
+use room::Room;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The common header with which all engines read images.
-const IMAGE_HEADER: (FileKind, &str, &str) =
-    (FileKind::EngineHeader, "grafsynth_image.h", include_str!("grafsynth_image.h"));
 /// The files that are the same for every chart in this style.
-const FILES: [(FileKind, &str, &str); 3] = [
-    IMAGE_HEADER,
-    (FileKind::EngineHeader, "grafsynth_engine.h", include_str!("grafsynth_engine.h")),
-    (FileKind::EngineSource, "grafsynth_engine.c", include_str!("grafsynth_engine.c")),
-];
+fn files() -> Vec<EngineFile> {
+    engine_files(
+        ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
+        ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
+        Machine::Narrow,
+    )
+}
+
+/// The files of an engine: the common header with which it reads images, its own, and its source, which contains a virtual machine.
+fn engine_files(
+    header: (&'static str, &'static str),
+    source: (&'static str, &'static str),
+    machine: Machine,
+) -> Vec<EngineFile> {
+    /// The line of a source that the machine replaces.
+    const PLACE: &str = "/* The virtual machine. */\n";
+    let text = source.1.replacen(PLACE, &ops::c_text(machine), 1);
+    vec![
+        (FileKind::EngineHeader, "grafsynth_image.h", include_str!("grafsynth_image.h").into()),
+        (FileKind::EngineHeader, header.0, header.1.into()),
+        (FileKind::EngineSource, source.0, text.into()),
+    ]
+}
 
 /// The flag of an item that is the initial content of a state, not a state.
 const CONTENT: u16 = 0x4000;
@@ -103,16 +123,21 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<Sty
         },
     };
     let inputs = narrow(plan.inputs.values().flatten().count());
-    let head = Head { kind, interface: interface(net, ticks), limit, chosen, initial, inputs };
+    let reset = image.block(&code::reset(&plan));
+    let interface = interface(net, ticks);
+    let head = Head { kind, interface, limit, chosen, initial, inputs, reset };
     let n_states = net.steps.len();
+    let bits = usize::from(plan.edge_bit(net.edges.len()));
+    let work = (net.transitions.len() + 3 * n_states + 3 * net.histories.len()).div_ceil(8)
+        + 2 * usize::from(chosen);
     let room = Room {
-        bits: (n_states + image.count(Section::Cases) + 2 * net.edges.len()).div_ceil(8).max(1),
-        values: (net.vars.len() + plan.timers.len()).max(1),
-        work: (net.transitions.len() + 3 * n_states + 3 * net.histories.len()).div_ceil(8)
-            + 2 * usize::from(chosen),
+        bits: size(bits.div_ceil(8)),
+        values: size(net.vars.len() + plan.timers.len()),
+        work: size(work),
         inputs: inputs.into(),
-        outputs: net.outputs.len(),
+        outputs: narrow(net.outputs.len()).into(),
         interface: head.interface,
+        ..Room::default()
     };
     let (lines, length) = image.finish(head);
     if length > usize::from(u16::MAX) {
@@ -124,14 +149,9 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<Sty
     Ok(emit(net, names, &room, ticks, &lines))
 }
 
-/// The memory that a chart needs, and its parameters.
-struct Room {
-    bits: usize,
-    values: usize,
-    work: usize,
-    inputs: usize,
-    outputs: usize,
-    interface: u32,
+/// The length of an array of an instance, which has at least one element.
+fn size(elements: usize) -> u32 {
+    narrow(elements.max(1)).into()
 }
 
 /// A number on which a program and an image must agree: names, types and order of inputs and outputs, and how time is passed in.
@@ -396,15 +416,9 @@ impl<'a> Plan<'a> {
     fn rest(&self, image: &mut Image) -> Result<(), Refusal> {
         let net = self.net;
         for (id, var) in net.vars.iter() {
-            let (lo, hi) = var.ty.bounds();
-            let init = var.init.first().copied().unwrap_or(0);
-            let mut bytes = Vec::new();
-            for value in [init, lo, hi] {
-                let Ok(value) = i32::try_from(value) else {
-                    return refuse("a variable of more than 32 bits", var.meta.span);
-                };
-                bytes.extend(value.to_le_bytes());
-            }
+            let Some(bytes) = image::cell(id.index(), 1, var.ty) else {
+                return refuse("a variable of more than 32 bits", var.meta.span);
+            };
             image.raw(Section::Vars, bytes, var.name.to_string(), Some(Object::Var(id)));
         }
         for (step, (_, cap)) in &self.timers {
@@ -427,6 +441,12 @@ impl<'a> Plan<'a> {
             );
         }
         Ok(())
+    }
+
+    /// The bit of an edge's operand before the reaction, after the situation and the recorded cases; the next one is its value now.
+    fn edge_bit(&self, edge: usize) -> u16 {
+        let cases: usize = self.net.histories.values().map(|history| history.cases.len()).sum();
+        narrow(self.net.steps.len() + cases + 2 * edge)
     }
 
     /// The maximum number of atomic states that are active together, which is also the maximum number of chosen transitions.
@@ -597,7 +617,10 @@ fn emit(
             ("out", "outputs"),
             ("work", "work"),
             ("chosen", "0U"),
-            ("fresh", "false"),
+            ("cells", "0U"),
+            ("at", "0U"),
+            ("end", "0U"),
+            ("depth", "0U"),
         ] {
             body.push(Node::line(format!("run.{name} = {value};")));
         }
@@ -649,7 +672,7 @@ fn emit(
         Node::function(load_head.clone(), load),
         Node::blank(),
     ];
-    let sizes = [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work.max(1))];
+    let sizes = [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work)];
     let sizes = sizes.map(|(name, size)| (name, format!("{size}U")));
     let values = net
         .vars
@@ -667,7 +690,8 @@ fn emit(
         init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
         step,
         engine: Some(Engine {
-            files: &FILES,
+            files: files(),
+            room: Some(*room),
             instructions: None,
             include: "grafsynth_engine.h",
             before: macros(names, &sizes, room.interface),

@@ -5,18 +5,20 @@
 //! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
 
 use super::bytes::{Assembler, Place, Places};
+use super::check::{Evolution, most_instructions};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::image::{Line, crc32, narrow};
-use super::instructions::{Evolution, most_instructions};
-use super::{clear_array, member};
+use super::ops::Machine;
+use super::room::{Room, VERSION};
+use super::{clear_array, member, size};
 use crate::c::print::{Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::names::{Names, library, namer};
 use crate::refusal::{Failure, Refusal};
-use crate::style_output::{Engine, StyleOutput, mentions};
+use crate::style_output::{Engine, EngineFile, StyleOutput, mentions};
 use crate::times::Ticks;
-use crate::{FileKind, Object, Options, bits};
+use crate::{Object, Options, bits};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
@@ -27,27 +29,24 @@ use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
 /// The files that are the same for every chart of this kind.
-pub(crate) const FILES: [(FileKind, &str, &str); 3] = [
-    super::IMAGE_HEADER,
-    (FileKind::EngineHeader, "grafsynth_program.h", include_str!("grafsynth_program.h")),
-    (FileKind::EngineSource, "grafsynth_program.c", include_str!("grafsynth_program.c")),
-];
+pub(super) fn files() -> Vec<EngineFile> {
+    super::engine_files(
+        ("grafsynth_program.h", include_str!("grafsynth_program.h")),
+        ("grafsynth_program.c", include_str!("grafsynth_program.c")),
+        Machine::Wide,
+    )
+}
 
 /// Bytes before the rows of cells.
-const HEADER: usize = 32;
-/// The version of this kind.
-const VERSION: u8 = 1;
+pub(super) const HEADER: usize = 32;
 /// The kind number of this image, which distinguishes it from the images of tables.
-const KIND: u8 = 4;
+pub(super) const KIND: u8 = 4;
 
 /// The memory that a chart needs, and its parameters.
-struct Room {
-    sizes: [(&'static str, usize); 4],
-    rounds: u64,
+struct Needs {
+    room: Room,
     /// See [`crate::Package::instructions`].
     instructions: Option<u64>,
-    interface: u32,
-    fired: usize,
     sets_fault: bool,
 }
 
@@ -74,18 +73,22 @@ pub(crate) fn program(
     let reaction = assembler.reaction(&eager).map_err(Failure::Refused)?;
     let evolution = assembler.evolution.zip(facts.most_rounds(net));
     let evolution = evolution.map(|(at, it)| Evolution { at, rounds: it.value.into() });
+    let instructions = most_instructions(&reaction, evolution);
+    let fired = if options.trace.is_some() { net.transitions.len() } else { 0 };
     let room = Room {
-        sizes: [
-            ("BITS", places.n_bits.div_ceil(8).max(1)),
-            ("VALUES", places.n_values.max(1)),
-            ("FLAGS", assembler.n_flags.div_ceil(8).max(1)),
-            ("NUMBERS", assembler.n_numbers.max(1)),
-        ],
-        rounds: assembler.rounds,
-        instructions: most_instructions(&reaction, evolution),
+        is_program: true,
         interface: interface(net, &places, ticks),
-        fired: if options.trace.is_some() { net.transitions.len() } else { 0 },
-        sets_fault,
+        inputs: narrow(places.inputs.len()).into(),
+        outputs: narrow(places.outputs.len()).into(),
+        bits: size(places.n_bits.div_ceil(8)),
+        values: size(places.n_values),
+        flags: size(assembler.n_flags.div_ceil(8)),
+        numbers: size(assembler.n_numbers),
+        calls: narrow(places.actions.len()).into(),
+        texts: narrow(places.texts.len()).into(),
+        fired: narrow(fired).into(),
+        rounds: u32::try_from(assembler.rounds).unwrap_or(u32::MAX),
+        ..Room::default()
     };
     let counts = [places.n_bits, places.n_values, assembler.n_flags, assembler.n_numbers];
     let lines = image(&program, &places, counts, room.interface, reset, reaction);
@@ -97,7 +100,8 @@ pub(crate) fn program(
             span: net.name.span,
         }));
     }
-    Ok(emit(net, names, &program, &places, &room, ticks, &lines))
+    let needs = Needs { room, instructions, sets_fault };
+    Ok(emit(net, names, &program, &places, &needs, ticks, &lines))
 }
 
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
@@ -215,12 +219,17 @@ impl Locals {
     }
 }
 
+/// The sizes of the arrays of an instance and of a reaction.
+fn arrays(room: &Room) -> [(&'static str, u32); 4] {
+    [("BITS", room.bits), ("VALUES", room.values), ("FLAGS", room.flags), ("NUMBERS", room.numbers)]
+}
+
 fn emit(
     net: &Net,
     names: &Names,
     program: &Program,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     ticks: Option<Ticks>,
     lines: &[Line],
 ) -> StyleOutput {
@@ -231,7 +240,7 @@ fn emit(
         member(&format!("uint8_t bits[{upper}_BITS]"), "steps, truth values"),
         member(&format!("int32_t values[{upper}_VALUES]"), "numbers"),
     ];
-    if room.sets_fault {
+    if needs.sets_fault {
         instance.push(member(
             "bool fault",
             "the last reaction did not come to rest, or a queue was full",
@@ -241,9 +250,9 @@ fn emit(
     let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
     let hand = if has_out { ", out" } else { "" };
     let mut helpers = Helpers::default();
-    let (mut functions, going) = services(net, names, places, room, &locals, &mut helpers);
-    let reset = reaction(net, names, places, room, ticks, &locals, &going, true);
-    let step = reaction(net, names, places, room, ticks, &locals, &going, false);
+    let (mut functions, going) = services(net, names, places, needs, &locals, &mut helpers);
+    let reset = reaction(net, names, places, needs, ticks, &locals, &going, true);
+    let step = reaction(net, names, places, needs, ticks, &locals, &going, false);
     let mut start = vec![Node::line("self->image = image;")];
     // The unused part is cleared too, because instances are compared byte by byte.
     start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
@@ -259,12 +268,12 @@ fn emit(
             start,
         ),
         Node::blank(),
-        Node::function(load_head.clone(), load(names, places, room, &locals, hand)),
+        Node::function(load_head.clone(), load(names, needs, &locals, hand)),
         Node::blank(),
     ]);
     let mut sizes: Vec<(&str, String)> =
-        room.sizes.iter().map(|(name, size)| (*name, format!("{size}U"))).collect();
-    sizes.push(("ROUNDS", format!("{}UL", room.rounds)));
+        arrays(&needs.room).map(|(name, size)| (name, format!("{size}U"))).to_vec();
+    sizes.push(("ROUNDS", format!("{}UL", needs.room.rounds)));
     StyleOutput {
         style: "engine with a program",
         instance,
@@ -275,7 +284,7 @@ fn emit(
                 Some(Place::Number(_)) | None => "false".to_owned(),
             }
         }),
-        fault: room.sets_fault.then(|| "self->fault".to_owned()),
+        fault: needs.sets_fault.then(|| "self->fault".to_owned()),
         has_fault: net.settings.evolution != Mode::Single,
         ticks,
         functions,
@@ -283,10 +292,11 @@ fn emit(
         step,
         helpers,
         engine: Some(Engine {
-            files: &FILES,
-            instructions: room.instructions,
+            files: files(),
+            room: Some(needs.room),
+            instructions: needs.instructions,
             include: "grafsynth_program.h",
-            before: super::macros(names, &sizes, room.interface),
+            before: super::macros(names, &sizes, needs.room.interface),
             declarations: super::declarations(&load_head),
             values: values(program, places),
             image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
@@ -325,7 +335,7 @@ fn services(
     net: &Net,
     names: &Names,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     locals: &Locals,
     helpers: &mut Helpers,
 ) -> (Vec<Node>, Vec<Node>) {
@@ -403,7 +413,7 @@ fn services(
         ));
         service("GP_TEXT", Node::line(format!("{prefix}_text({arguments}{run}->number);")));
     }
-    if room.fired > 0 {
+    if needs.room.fired > 0 {
         service("GP_FIRED", Node::line(format!("{prefix}_fired(self, {run}->number);")));
         service("GP_MICRO", crate::trace::micro_step());
     }
@@ -468,7 +478,7 @@ fn reaction(
     net: &Net,
     names: &Names,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     ticks: Option<Ticks>,
     locals: &Locals,
     going: &[Node],
@@ -504,6 +514,7 @@ fn reaction(
         ("flags", flags),
         ("numbers", numbers),
         ("dt", if ticks.is_some() && !reset { "dt" } else { "0U" }),
+        ("cells", "0U"),
         ("at", "0U"),
         ("end", "0U"),
         ("number", "0U"),
@@ -515,7 +526,7 @@ fn reaction(
     }
     body.push(Node::line(format!("gp_begin(&{run}, {reset});")));
     body.extend(going.iter().cloned());
-    if room.sets_fault {
+    if needs.sets_fault {
         body.push(Node::line(format!("self->fault = {run}.fault;")));
     }
     body.extend(clear_words(names));
@@ -525,7 +536,7 @@ fn reaction(
 }
 
 /// The body of `NAME_load`.
-fn load(names: &Names, places: &Places, room: &Room, locals: &Locals, hand: &str) -> Vec<Node> {
+fn load(names: &Names, needs: &Needs, locals: &Locals, hand: &str) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let Locals { room: it, found, .. } = locals;
     let mut body = vec![
@@ -534,16 +545,17 @@ fn load(names: &Names, places: &Places, room: &Room, locals: &Locals, hand: &str
         Node::line(format!("{it}.interface = {upper}_INTERFACE;")),
         Node::line(format!("{it}.rounds = {upper}_ROUNDS;")),
     ];
+    let room = &needs.room;
     for (name, many) in [
-        ("inputs", places.inputs.len()),
-        ("outputs", places.outputs.len()),
-        ("calls", places.actions.len()),
-        ("texts", places.texts.len()),
+        ("inputs", room.inputs),
+        ("outputs", room.outputs),
+        ("calls", room.calls),
+        ("texts", room.texts),
         ("fired", room.fired),
     ] {
         body.push(Node::line(format!("{it}.{name} = {many}U;")));
     }
-    for (name, _) in room.sizes {
+    for (name, _) in arrays(room) {
         body.push(Node::line(format!("{it}.{} = {upper}_{name};", name.to_ascii_lowercase())));
     }
     body.extend([

@@ -172,11 +172,9 @@ fn split_pure<'a>(
 /// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
     statements(block).all(|stmt| match stmt {
-        Stmt::Set(..)
-        | Stmt::Store(..)
-        | Stmt::If(..)
-        | Stmt::Repeat { .. }
-        | Stmt::Mark(_) => true,
+        Stmt::Set(..) | Stmt::Store(..) | Stmt::If(..) | Stmt::Repeat { .. } | Stmt::Mark(_) => {
+            true
+        }
         Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
     })
 }
