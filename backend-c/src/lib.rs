@@ -52,7 +52,8 @@ mod switch;
 mod times;
 pub mod trace;
 
-pub use engine::room::{Damage, Flaw, Room, check_image};
+pub use engine::check::{Damage, Flaw};
+pub use engine::room::{Room, check_image};
 pub use harness::{explorer, harness, multi_harness};
 
 use grafsynth_ir::diag::Diagnostic;

@@ -606,17 +606,10 @@ fn counts_ticks(cell: &Cell) -> bool {
 }
 
 pub(crate) fn gives_fault(statement: &Stmt) -> bool {
-    match statement {
-        Stmt::Fault(value) => !value.is_false(),
-        Stmt::If(_, then, otherwise) => then.iter().chain(otherwise).any(gives_fault),
-        Stmt::Repeat { body, .. } => body.iter().any(gives_fault),
-        Stmt::Set(..)
-        | Stmt::Store(..)
-        | Stmt::Output(..)
-        | Stmt::Call(..)
-        | Stmt::Code(_)
-        | Stmt::Mark(_) => false,
+    if let Stmt::Fault(value) = statement {
+        return !value.is_false();
     }
+    statement.lists().into_iter().flatten().any(gives_fault)
 }
 
 /// Reads cells, temps and inputs.

@@ -6,8 +6,46 @@
 #![allow(clippy::wildcard_enum_match_arm, reason = "only few instructions contain code")]
 
 use super::ops::{Class, Instruction, Kind, LOOPS, Machine, NEST, Op, STACK};
-use super::room::{Damage, Flaw};
+use std::fmt;
 use std::ops::Range;
+
+/// Why an image is refused: the results of `NAME_load`, in the order of their numbers from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Damage {
+    /// Fewer bytes than the header or the length requires.
+    Short = 1,
+    /// Not an image.
+    Magic = 2,
+    /// An image for another engine, or for another version of it.
+    Version = 3,
+    /// The checksum is wrong.
+    Checksum = 4,
+    /// Made for other inputs or outputs.
+    Interface = 5,
+    /// Larger than the instance.
+    Room = 6,
+    /// Refers to something that it does not contain.
+    Range = 7,
+}
+
+/// The first flaw of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Flaw {
+    /// The result of `NAME_load`.
+    pub damage: Damage,
+    /// The byte of the image where it is found.
+    pub at: usize,
+    /// A description.
+    pub reason: &'static str,
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "byte {}: {}", self.at, self.reason)
+    }
+}
+
+impl std::error::Error for Flaw {}
 
 /// The number of objects of each kind that operands can refer to, and the maximum rounds of a loop together with those of the loops around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

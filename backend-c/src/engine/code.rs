@@ -2,10 +2,9 @@
 
 use super::Plan;
 use super::assemble::{Code, Coded, Encode};
-use super::check::check_code;
+use super::check::{Bounds, Flaw, check_code};
 use super::image::narrow;
 use super::ops::{Machine, Op};
-use super::room::Flaw;
 use crate::refusal::Refusal;
 use grafsynth_ir::Span;
 use grafsynth_ir::expr::ExprKind;
@@ -105,7 +104,7 @@ impl Assembler<'_> {
     /// The code, if the machine can run it: it must not need more stack or deeper parts than there are.
     fn finish(self, wanted: usize, span: Span) -> Coded<Vec<u8>> {
         let code = self.code.finish();
-        let bounds = super::check::Bounds::ANY;
+        let bounds = Bounds::ANY;
         match check_code(Machine::Narrow, &code, 0..code.len(), &bounds, wanted) {
             Ok(()) => Ok(code),
             Err(Flaw { reason, .. }) => {

@@ -1,17 +1,29 @@
 //! A chart as an image: the tables that the engine runs, as the bytes that it reads. `docs/c.md` describes them; `grafsynth_engine.c` reads and
 //! checks them.
 
-use super::room::VERSION;
 use crate::Object;
 use grafsynth_ir::expr::Type;
 use std::collections::BTreeMap;
 
+/// The version of the format of both kinds of images.
+pub(super) const VERSION: u8 = 2;
+/// Bytes of a program before the rows of cells.
+pub(super) const PROGRAM_HEADER: usize = 32;
+/// The kind number of a program, which distinguishes it from the images of tables.
+pub(super) const PROGRAM_KIND: u8 = 4;
 /// Bytes before the first section.
 pub(super) const HEADER: usize = 84;
 /// The position of the checksum; it covers all bytes, with its own taken as 0.
 const CHECKSUM: std::ops::Range<usize> = 8..12;
 /// The number for "none" in a row that can refer to another row.
 pub(super) const NONE: u16 = 0xffff;
+
+/// The flag of an item that is the initial content of a state, not a state.
+pub(super) const CONTENT: u16 = 0x4000;
+/// The flag of an item that is a history; see also [`CONTENT`].
+pub(super) const HISTORY: u16 = 0x8000;
+/// The maximum number of states that an item can encode.
+pub(super) const MOST_STATES: usize = 0x3fff;
 
 /// The kinds of charts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

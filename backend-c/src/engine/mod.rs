@@ -14,10 +14,11 @@
 mod assemble;
 pub(crate) mod btrans;
 mod bytes;
-mod check;
+pub(crate) mod check;
 mod code;
 mod handing;
 mod image;
+mod loading;
 mod ops;
 pub(crate) mod program;
 pub(crate) mod room;
@@ -25,52 +26,27 @@ pub(crate) mod room;
 use crate::c::print::{Kind, Node};
 use crate::names::Names;
 use crate::refusal::Refusal;
-use crate::style_output::{Engine, EngineFile, Member, StyleOutput};
+use crate::style_output::{Member, StyleOutput};
 use crate::times::{Ticks, step_caps};
-use crate::{FileKind, Object, Options};
+use crate::{Object, Options};
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
 use grafsynth_ir::{IdMap, Span};
 use handing::{as_type, clear_words, hand_in, hand_out};
-use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
+use image::{CONTENT, HISTORY, Head, Image, ImageKind, Line, MOST_STATES, NONE, Section, narrow};
 use itertools::Itertools as _;
+use loading::Loading;
 use ops::Machine;
 use room::Room;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The files that are the same for every chart in this style.
-fn files() -> Vec<EngineFile> {
-    engine_files(
-        ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
-        ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
-        Machine::Narrow,
-    )
-}
-
-/// The files of an engine: the common header with which it reads images, its own, and its source, which contains a virtual machine.
-fn engine_files(
-    header: (&'static str, &'static str),
-    source: (&'static str, &'static str),
-    machine: Machine,
-) -> Vec<EngineFile> {
-    /// The line of a source that the machine replaces.
-    const PLACE: &str = "/* The virtual machine. */\n";
-    let text = source.1.replacen(PLACE, &ops::c_text(machine), 1);
-    vec![
-        (FileKind::EngineHeader, "grafsynth_image.h", include_str!("grafsynth_image.h").into()),
-        (FileKind::EngineHeader, header.0, header.1.into()),
-        (FileKind::EngineSource, source.0, text.into()),
-    ]
-}
-
-/// The flag of an item that is the initial content of a state, not a state.
-const CONTENT: u16 = 0x4000;
-/// The flag of an item that is a history; see also [`CONTENT`].
-const HISTORY: u16 = 0x8000;
-/// The maximum number of states that an item can encode.
-const MOST_STATES: usize = 0x3fff;
+/// The engine's own files.
+const FILES: [(&str, &str); 2] = [
+    ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
+    ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
+];
 
 /// The information that all rows share.
 struct Plan<'a> {
@@ -586,19 +562,17 @@ fn emit(
     ticks: Option<Ticks>,
     lines: &[Line],
 ) -> StyleOutput {
-    let (prefix, upper) = (&names.prefix, &names.upper);
+    let upper = &names.upper;
     let has_fault = net.settings.evolution != Evolution::Single;
-    let mut instance = vec![
-        member("GS_ROM uint8_t *image", "the tables that it runs"),
-        member(&format!("uint8_t bits[{upper}_BITS]"), "situation, histories, edges"),
-        member(&format!("int32_t values[{upper}_VALUES]"), "variables, timers"),
-    ];
+    let loading = Loading { names, room, locals: ["room", "found"] };
+    let mut instance = loading.instance([
+        "the tables that it runs",
+        "situation, histories, edges",
+        "variables, timers",
+    ]);
     if has_fault {
         instance.push(member("bool fault", "the last reaction did not come to rest"));
     }
-    let has_out = room.outputs > 0;
-    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
-    let hand = if has_out { ", out" } else { "" };
     let run = |reset: bool| {
         let mut body = vec![
             Node::line(format!("int32_t inputs[{}];", room.inputs.max(1))),
@@ -634,46 +608,10 @@ fn emit(
         body.extend(hand_out(net, names, outputs));
         body
     };
-    let clear = clear_words(names);
-    let mut start = clear.clone();
-    start.push(Node::line("self->image = image;"));
-    // The unused part is cleared too, because instances are compared byte by byte.
-    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
-    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
-    start.extend(run(true));
-    let mut step = clear;
+    let mut reset = clear_words(names);
+    reset.extend(run(true));
+    let mut step = clear_words(names);
     step.extend(run(false));
-    let load = vec![
-        Node::line("gs_room_t room;"),
-        Node::line("uint8_t found;"),
-        Node::line(format!("room.interface = {upper}_INTERFACE;")),
-        Node::line(format!("room.inputs = {}U;", room.inputs)),
-        Node::line(format!("room.outputs = {}U;", room.outputs)),
-        Node::line(format!("room.bits = {upper}_BITS;")),
-        Node::line(format!("room.values = {upper}_VALUES;")),
-        Node::line(format!("room.work = {upper}_WORK;")),
-        Node::line("found = gs_check(image, size, &room);"),
-        Node::when(
-            "found == GS_OK",
-            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
-        ),
-        Node::line("return found;"),
-    ];
-    let load_head = format!(
-        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
-    );
-    let functions = vec![
-        Node::comment("Resets with these tables."),
-        Node::function(
-            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
-            start,
-        ),
-        Node::blank(),
-        Node::function(load_head.clone(), load),
-        Node::blank(),
-    ];
-    let sizes = [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work)];
-    let sizes = sizes.map(|(name, size)| (name, format!("{size}U")));
     let values = net
         .vars
         .iter()
@@ -686,20 +624,10 @@ fn emit(
         fault: has_fault.then(|| "self->fault".to_owned()),
         has_fault: has_fault || net.settings.queue.is_some(),
         ticks,
-        functions,
-        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        functions: loading.functions("these tables", reset),
+        init: loading.init(),
         step,
-        engine: Some(Engine {
-            files: files(),
-            room: Some(*room),
-            instructions: None,
-            include: "grafsynth_engine.h",
-            before: macros(names, &sizes, room.interface),
-            declarations: declarations(&load_head),
-            values,
-            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
-            tables: table(names, lines),
-        }),
+        engine: Some(loading.engine(FILES, Machine::Narrow, None, values, lines)),
         ..StyleOutput::default()
     }
 }

@@ -262,23 +262,19 @@ const TEMPLATE: &str = include_str!("machine.c");
 
 /// The instructions and the machine as C: names begin with `gs_` (narrow) or `gp_` (wide).
 pub(super) fn c_text(machine: Machine) -> String {
-    let (prefix, number, word, other) = match machine {
-        Machine::Narrow => ("gs", "int32_t", "uint32_t", "wide"),
-        Machine::Wide => ("gp", "int64_t", "uint64_t", "narrow"),
+    let (prefix, number, word, begin) = match machine {
+        Machine::Narrow => ("gs", "int32_t", "uint32_t", "/* narrow: */"),
+        Machine::Wide => ("gp", "int64_t", "uint64_t", "/* wide: */"),
     };
-    let (begin, end) = (format!("/* {other}: */"), format!("/* :{other} */"));
     let mut text = numbers(machine);
-    let mut is_other = false;
+    let mut is_own = true;
     for line in TEMPLATE.lines() {
-        is_other |= line == begin;
-        if !is_other && !line.starts_with("/* narrow:") && !line.starts_with("/* wide:") {
-            let is_mark = line.starts_with("/* :");
-            if !is_mark {
-                text.push_str(line);
-                text.push('\n');
-            }
+        match line {
+            "/* narrow: */" | "/* wide: */" => is_own = line == begin,
+            "/* :narrow */" | "/* :wide */" => is_own = true,
+            _ if is_own => text.extend([line, "\n"]),
+            _ => {}
         }
-        is_other &= line != end;
     }
     text.replace("gc_number_t", number)
         .replace("gc_word_t", word)

@@ -7,16 +7,17 @@
 use super::bytes::{Assembler, Place, Places};
 use super::check::{Evolution, most_instructions};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
-use super::image::{Line, crc32, narrow};
+use super::image::{Line, PROGRAM_HEADER, PROGRAM_KIND, VERSION, crc32, narrow};
+use super::loading::Loading;
 use super::ops::Machine;
-use super::room::{Room, VERSION};
+use super::room::Room;
 use super::{clear_array, member, size};
 use crate::c::print::{Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::names::{Names, library, namer};
 use crate::refusal::{Failure, Refusal};
-use crate::style_output::{Engine, EngineFile, StyleOutput, mentions};
+use crate::style_output::{StyleOutput, mentions};
 use crate::times::Ticks;
 use crate::{Object, Options, bits};
 use grafsynth_ir::facts::Facts;
@@ -28,19 +29,11 @@ use grafsynth_ir::program::{Expr, Leaf, Origin, Program, expressions};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
-/// The files that are the same for every chart of this kind.
-pub(super) fn files() -> Vec<EngineFile> {
-    super::engine_files(
-        ("grafsynth_program.h", include_str!("grafsynth_program.h")),
-        ("grafsynth_program.c", include_str!("grafsynth_program.c")),
-        Machine::Wide,
-    )
-}
-
-/// Bytes before the rows of cells.
-pub(super) const HEADER: usize = 32;
-/// The kind number of this image, which distinguishes it from the images of tables.
-pub(super) const KIND: u8 = 4;
+/// The engine's own files.
+const FILES: [(&str, &str); 2] = [
+    ("grafsynth_program.h", include_str!("grafsynth_program.h")),
+    ("grafsynth_program.c", include_str!("grafsynth_program.c")),
+];
 
 /// The memory that a chart needs, and its parameters.
 struct Needs {
@@ -158,12 +151,12 @@ fn image(
         }
         rows.push(Line { bytes, title: None, note: cell.name.clone(), object: None });
     }
-    let length = HEADER
+    let length = PROGRAM_HEADER
         + rows.iter().map(|row| row.bytes.len()).sum::<usize>()
         + reset.len()
         + reaction.len();
     let mut header = b"GSTB".to_vec();
-    header.extend([VERSION, KIND]);
+    header.extend([VERSION, PROGRAM_KIND]);
     header.extend(narrow(length).to_le_bytes());
     header.extend([0; 4]);
     header.extend(interface.to_le_bytes());
@@ -173,7 +166,7 @@ fn image(
     for count in [rows.len(), reset.len(), reaction.len()] {
         header.extend(narrow(count).to_le_bytes());
     }
-    header.resize(HEADER, 0);
+    header.resize(PROGRAM_HEADER, 0);
     let title = "header: magic, version, kind, length, checksum, interface, numbers of bits, values, flags, numbers, cells, bytes of reset and of reaction";
     let line = |bytes, title| Line { bytes, title: Some(title), note: String::new(), object: None };
     let mut lines = vec![line(header, title)];
@@ -219,11 +212,6 @@ impl Locals {
     }
 }
 
-/// The sizes of the arrays of an instance and of a reaction.
-fn arrays(room: &Room) -> [(&'static str, u32); 4] {
-    [("BITS", room.bits), ("VALUES", room.values), ("FLAGS", room.flags), ("NUMBERS", room.numbers)]
-}
-
 fn emit(
     net: &Net,
     names: &Names,
@@ -233,47 +221,22 @@ fn emit(
     ticks: Option<Ticks>,
     lines: &[Line],
 ) -> StyleOutput {
-    let (prefix, upper) = (&names.prefix, &names.upper);
     let locals = Locals::of(net, names);
-    let mut instance = vec![
-        member("GS_ROM uint8_t *image", "the program that it runs"),
-        member(&format!("uint8_t bits[{upper}_BITS]"), "steps, truth values"),
-        member(&format!("int32_t values[{upper}_VALUES]"), "numbers"),
-    ];
+    let loading = Loading { names, room: &needs.room, locals: [&locals.room, &locals.found] };
+    let mut instance =
+        loading.instance(["the program that it runs", "steps, truth values", "numbers"]);
     if needs.sets_fault {
         instance.push(member(
             "bool fault",
             "the last reaction did not come to rest, or a queue was full",
         ));
     }
-    let has_out = !places.outputs.is_empty();
-    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
-    let hand = if has_out { ", out" } else { "" };
     let mut helpers = Helpers::default();
     let (mut functions, going) = services(net, names, places, needs, &locals, &mut helpers);
     let reset = reaction(net, names, places, needs, ticks, &locals, &going, true);
     let step = reaction(net, names, places, needs, ticks, &locals, &going, false);
-    let mut start = vec![Node::line("self->image = image;")];
-    // The unused part is cleared too, because instances are compared byte by byte.
-    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
-    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
-    start.extend(reset);
-    let load_head = format!(
-        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
-    );
-    functions.extend([
-        Node::comment("Resets with this program."),
-        Node::function(
-            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
-            start,
-        ),
-        Node::blank(),
-        Node::function(load_head.clone(), load(names, needs, &locals, hand)),
-        Node::blank(),
-    ]);
-    let mut sizes: Vec<(&str, String)> =
-        arrays(&needs.room).map(|(name, size)| (name, format!("{size}U"))).to_vec();
-    sizes.push(("ROUNDS", format!("{}UL", needs.room.rounds)));
+    functions.extend(loading.functions("this program", reset));
+    let values = values(program, places);
     StyleOutput {
         style: "engine with a program",
         instance,
@@ -288,20 +251,10 @@ fn emit(
         has_fault: net.settings.evolution != Mode::Single,
         ticks,
         functions,
-        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        init: loading.init(),
         step,
         helpers,
-        engine: Some(Engine {
-            files: files(),
-            room: Some(needs.room),
-            instructions: needs.instructions,
-            include: "grafsynth_program.h",
-            before: super::macros(names, &sizes, needs.room.interface),
-            declarations: super::declarations(&load_head),
-            values: values(program, places),
-            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
-            tables: super::table(names, lines),
-        }),
+        engine: Some(loading.engine(FILES, Machine::Wide, needs.instructions, values, lines)),
         ..StyleOutput::default()
     }
 }
@@ -532,39 +485,5 @@ fn reaction(
     body.extend(clear_words(names));
     let given = places.outputs.iter().map(|(id, at)| (*id, format!("{outputs}[{at}]")));
     body.extend(hand_out(net, names, given));
-    body
-}
-
-/// The body of `NAME_load`.
-fn load(names: &Names, needs: &Needs, locals: &Locals, hand: &str) -> Vec<Node> {
-    let (prefix, upper) = (&names.prefix, &names.upper);
-    let Locals { room: it, found, .. } = locals;
-    let mut body = vec![
-        Node::line(format!("gp_room_t {it};")),
-        Node::line(format!("uint8_t {found};")),
-        Node::line(format!("{it}.interface = {upper}_INTERFACE;")),
-        Node::line(format!("{it}.rounds = {upper}_ROUNDS;")),
-    ];
-    let room = &needs.room;
-    for (name, many) in [
-        ("inputs", room.inputs),
-        ("outputs", room.outputs),
-        ("calls", room.calls),
-        ("texts", room.texts),
-        ("fired", room.fired),
-    ] {
-        body.push(Node::line(format!("{it}.{name} = {many}U;")));
-    }
-    for (name, _) in arrays(room) {
-        body.push(Node::line(format!("{it}.{} = {upper}_{name};", name.to_ascii_lowercase())));
-    }
-    body.extend([
-        Node::line(format!("{found} = gp_check(image, size, &{it});")),
-        Node::when(
-            &format!("{found} == GS_OK"),
-            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
-        ),
-        Node::line(format!("return {found};")),
-    ]);
     body
 }

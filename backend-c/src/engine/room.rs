@@ -1,51 +1,11 @@
 //! The check of whole images, like those of the C engines: what they refuse is refused here for the same reason, with the place and a description.
 
-use super::check::{Bounds, check_code};
-use super::image::{HEADER, NONE, Section, crc32_of_image};
+use super::check::{Bounds, Damage, Flaw, check_code};
+use super::image::{
+    CONTENT, HEADER, HISTORY, MOST_STATES, NONE, PROGRAM_HEADER, PROGRAM_KIND, Section, VERSION,
+    crc32_of_image,
+};
 use super::ops::{Kind, Machine};
-use super::{CONTENT, HISTORY, MOST_STATES, program};
-use std::fmt;
-
-/// The version of the format of both kinds of images.
-pub(super) const VERSION: u8 = 2;
-
-/// Why an image is refused: the results of `NAME_load`, in the order of their numbers from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Damage {
-    /// Fewer bytes than the header or the length requires.
-    Short = 1,
-    /// Not an image.
-    Magic = 2,
-    /// An image for another engine, or for another version of it.
-    Version = 3,
-    /// The checksum is wrong.
-    Checksum = 4,
-    /// Made for other inputs or outputs.
-    Interface = 5,
-    /// Larger than the instance.
-    Room = 6,
-    /// Refers to something that it does not contain.
-    Range = 7,
-}
-
-/// The first flaw of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Flaw {
-    /// The result of `NAME_load`.
-    pub damage: Damage,
-    /// The byte of the image where it is found.
-    pub at: usize,
-    /// A description.
-    pub reason: &'static str,
-}
-
-impl fmt::Display for Flaw {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "byte {}: {}", self.at, self.reason)
-    }
-}
-
-impl std::error::Error for Flaw {}
 
 /// The engine and the instance that an image is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -84,19 +44,19 @@ pub struct Room {
 /// The first flaw.
 pub fn check_image(image: &[u8], room: &Room) -> Result<(), Flaw> {
     let reader = Reader(image);
-    let header = if room.is_program { program::HEADER } else { HEADER };
+    let header = if room.is_program { PROGRAM_HEADER } else { HEADER };
     let fail = |damage, at, reason| Err(Flaw { damage, at, reason });
     if image.len() < header {
         return fail(Damage::Short, image.len(), "the header is not complete");
     }
-    if !image.starts_with(b"GSTB") {
+    if image.get(..4) != Some(b"GSTB") {
         return fail(Damage::Magic, 0, "the first bytes are not `GSTB`");
     }
     if reader.byte(4) != VERSION {
         return fail(Damage::Version, 4, "made for another version of the engine");
     }
     let kind = reader.byte(5);
-    if room.is_program && kind != program::KIND {
+    if room.is_program && kind != PROGRAM_KIND {
         return fail(Damage::Version, 5, "made for the table engine");
     }
     let length = reader.u16(6) as usize;
@@ -148,10 +108,10 @@ impl Reader<'_> {
     fn program(self, room: &Room) -> Result<(), Flaw> {
         let [bits, values, flags, numbers] = [16, 18, 20, 22].map(|at| self.u16(at));
         let [cells, reset, reaction] = [24, 26, 28].map(|at| self.u16(at) as usize);
-        let first = program::HEADER + CELL * cells;
+        let first = PROGRAM_HEADER + CELL * cells;
         let middle = first + reset;
         good(middle + reaction == self.0.len(), 24, "the parts are not as long as the image")?;
-        (0..cells).try_for_each(|cell| self.cell(program::HEADER + CELL * cell, values))?;
+        (0..cells).try_for_each(|cell| self.cell(PROGRAM_HEADER + CELL * cell, values))?;
         fits(bits.div_ceil(8) <= room.bits, 16, "too many bits")?;
         fits(values <= room.values, 18, "too many numbers")?;
         fits(flags.div_ceil(8) <= room.flags, 20, "too many flags")?;

@@ -381,13 +381,10 @@ impl<'a> Builder<'a> {
 
     /// Adds the marks of a micro-step.
     fn mark(&self, fire: &IdMap<Transition, Expr>, out: &mut Vec<Stmt>) {
-        if !self.marks {
-            return;
-        }
-        if self.limit().is_some() {
+        if self.marks && self.limit().is_some() {
             out.push(Stmt::Mark(Mark::MicroStep));
         }
-        for (id, fires) in fire.iter() {
+        for (id, fires) in fire.iter().filter(|_| self.marks) {
             when(fires.clone(), vec![Stmt::Mark(Mark::Fires(id))], out);
         }
     }

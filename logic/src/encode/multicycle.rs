@@ -171,12 +171,9 @@ fn split_pure<'a>(
 
 /// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
-    statements(block).all(|stmt| match stmt {
-        Stmt::Set(..) | Stmt::Store(..) | Stmt::If(..) | Stmt::Repeat { .. } | Stmt::Mark(_) => {
-            true
-        }
-        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
-    })
+    use Stmt::{If, Mark, Repeat, Set, Store};
+    statements(block)
+        .all(|stmt| matches!(stmt, Set(..) | Store(..) | If(..) | Repeat { .. } | Mark(_)))
 }
 
 fn calls(block: &[Stmt]) -> BTreeSet<OutputId> {

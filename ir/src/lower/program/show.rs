@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::expr::{ArithOp, ExprKind};
 use crate::net::Net;
-use crate::program::{Expr, Leaf, Mark, Program, Stmt};
+use crate::program::{Expr, Leaf, Program, Stmt};
 
 /// The program as text: cells with their values after reset, then the statements, indented by their nesting.
 ///
@@ -90,10 +90,7 @@ impl Writer<'_> {
                     self.line(depth, &text);
                 }
                 Stmt::Code(text) => self.line(depth, &format!("code {}", text.language)),
-                Stmt::Mark(Mark::MicroStep) => self.line(depth, "mark micro-step"),
-                Stmt::Mark(Mark::Fires(id)) => {
-                    self.line(depth, &format!("mark {}", self.net.transitions[*id].name));
-                }
+                Stmt::Mark(mark) => self.line(depth, &format!("mark {mark:?}")),
                 Stmt::Fault(value) => {
                     let text = format!("fault = {}", self.expr(value));
                     self.line(depth, &text);
