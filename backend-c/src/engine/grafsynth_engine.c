@@ -136,7 +136,7 @@ static bool gs_has_room(GS_ROM uint8_t *image, const gs_room_t *room) GS_ON_STAC
 static uint16_t gs_many(GS_ROM uint8_t *image, uint8_t kind) GS_ON_STACK
 {
     const uint32_t bits = gs_count_bits(image);
-    uint32_t many;
+    uint32_t many = 0U;
     switch (kind) {
     case GS_KIND_INPUT:
         many = gs_u16(image, GS_AT_INPUTS);
@@ -145,7 +145,9 @@ static uint16_t gs_many(GS_ROM uint8_t *image, uint8_t kind) GS_ON_STACK
         many = bits;
         break;
     case GS_KIND_PAIR:
-        many = (bits > 0U) ? (bits - 1U) : 0U;
+        if (bits > 0U) {
+            many = bits - 1U;
+        }
         break;
     case GS_KIND_VALUE:
         many = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);

@@ -276,10 +276,13 @@ pub(super) fn c_text(machine: Machine) -> String {
             _ => {}
         }
     }
-    text.replace("gc_number_t", number)
-        .replace("gc_word_t", word)
-        .replace("gc_", &format!("{prefix}_"))
-        .replace("GC_", &format!("{}_", prefix.to_ascii_uppercase()))
+    let names = [
+        ("gc_number_t", number),
+        ("gc_word_t", word),
+        ("gc_", &format!("{prefix}_")),
+        ("GC_", &format!("{}_", prefix.to_ascii_uppercase())),
+    ];
+    names.into_iter().fold(text, |text, (name, own)| text.replace(name, own))
 }
 
 /// The numbers of classes, kinds and instructions, and the table that the check and the interpreter read.
