@@ -56,11 +56,12 @@ pub use engine::check::{Damage, Flaw};
 pub use engine::room::{Room, check_image};
 pub use harness::{explorer, harness, multi_harness};
 
+use grafsynth_c::SourceFile;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
-use grafsynth_ir::{Span, Valid};
+use grafsynth_ir::{FileId, Span, Valid};
 use refusal::Failure;
 
 /// The style of the emitted code.
@@ -315,6 +316,16 @@ impl Package {
     #[must_use]
     pub fn stem(&self) -> &str {
         &self.interface.names.stem
+    }
+
+    /// The files as the C parser reads them: `NAME.c` first, then the files that it may include.
+    #[must_use]
+    pub fn sources(&self) -> Vec<SourceFile<'_>> {
+        let main = format!("{}.c", self.stem());
+        let (first, rest): (Vec<_>, Vec<_>) = self.files.iter().partition(|it| it.name == main);
+        let all = first.into_iter().chain(rest).zip(0..);
+        all.map(|(file, at)| SourceFile { file: FileId(at), name: &file.name, text: &file.text })
+            .collect()
     }
 
     /// The prefix of all global names: the chart's name as a C identifier.

@@ -531,13 +531,13 @@ static void gc_go(gc_run_t *run)
         const uint8_t op = run->image[run->at];
         const uint16_t operand = (uint16_t)(run->at + 1U);
         const uint16_t use = gc_use[op];
-        const uint8_t class = GC_CLASS(use);
+        const uint8_t kind = GC_CLASS(use);
         uint8_t depth = run->depth;
         run->at = (uint16_t)(operand + GC_SIZE(use));
-        if (class == GC_LEAF) {
+        if (kind == GC_LEAF) {
             run->stack[depth] = gc_leaf(run, op, operand);
             run->depth = (uint8_t)(depth + 1U);
-        } else if (class == GC_ONE) {
+        } else if (kind == GC_ONE) {
             gc_number_t *top = &run->stack[depth - 1U];
             if (op == GC_OP_NOT) {
                 *top = gc_truth(*top == 0);
@@ -548,11 +548,11 @@ static void gc_go(gc_run_t *run)
             } else {
                 *top = gc_signed((gc_word_t)0U - (gc_word_t)*top);
             }
-        } else if (class == GC_TWO) {
+        } else if (kind == GC_TWO) {
             --depth;
             run->stack[depth - 1U] = gc_two(op, run->stack[depth - 1U], run->stack[depth]);
             run->depth = depth;
-        } else if (class == GC_STORE) {
+        } else if (kind == GC_STORE) {
             --depth;
 /* wide: */
             const uint16_t number = (op == GC_OP_FAULT) ? 0U : gs_u16(run->image, operand);
@@ -570,7 +570,7 @@ static void gc_go(gc_run_t *run)
 /* :narrow */
             run->depth = depth;
 /* wide: */
-        } else if (class == GC_SERVICE) {
+        } else if (kind == GC_SERVICE) {
             run->number = (op == GC_OP_MICRO) ? 0U : gs_u16(run->image, operand);
             run->depth = 0U;
             wants = (uint8_t)((op - GC_OP_ASK) + GC_ASK);
