@@ -16,9 +16,9 @@ impl<'s> Flow<'_, 's> {
         let mut values: Vec<Option<&'s Expr>> = Vec::new();
         match (length, &self.program().vars[var].ty) {
             (None, _) => {
-                values.extend(all.first().and_then(|one| {
-                    if let Init::One(expr) = one { Some(Some(expr)) } else { None }
-                }))
+                if let Some(Init::One(expr)) = all.first() {
+                    values.push(Some(expr));
+                }
             }
             (Some(length), Type::Array(_, _, rest)) => {
                 flatten(all, rest, &mut values);
@@ -47,18 +47,12 @@ impl<'s> Flow<'_, 's> {
     pub(super) fn init_string(&mut self, var: VarId, text: Span) {
         let (file, source) = (self.program().file, self.program().text);
         let mut all = lexer::characters(file, source, text, self.findings);
-        let (Some(length), Some(ty)) =
-            (self.program().vars[var].length(), self.program().vars[var].scalar())
-        else {
-            return;
-        };
+        let Some(length) = self.program().vars[var].length() else { return };
+        let Some(ty) = self.program().vars[var].scalar() else { return };
         all.resize(length as usize, 0);
         for (index, value) in all.into_iter().enumerate() {
-            let place = Place {
-                path: self.path(var, text),
-                index: Some(Num::constant(i64::try_from(index).unwrap_or(0), text)),
-                ty,
-            };
+            let index = Some(Num::constant(i64::try_from(index).unwrap_or(0), text));
+            let place = Place { path: self.path(var, text), index, ty };
             self.store(&place, &Value::int(value, self.int_type(), text), text);
         }
     }

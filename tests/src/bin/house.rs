@@ -48,11 +48,11 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
     ("code lines of c and backend-c", 29_350),
     ("code lines of ir", 20_410),
-    ("code lines of driver", 11_130),
+    ("code lines of driver", 11_120),
     ("code lines of all crates", 156_980),
     ("functions above 80 lines", 97),
     ("circles of files", 0),
-    ("lines that list variants", 593),
+    ("lines that list variants", 582),
     ("text tests on emitted C", 3),
 ];
 
