@@ -56,10 +56,10 @@ pub(crate) fn lay_out(
             vec![layout.banner("the tables. Do not edit: they are regenerated from the chart.")];
         nodes.extend(engine.tables.iter().cloned());
         files.push(layout.file(format!("{}_tables.c", names.stem), &nodes, FileKind::Source));
-        for (kind, name, text) in engine.files {
+        for (kind, name, text) in &engine.files {
             files.push(File {
                 name: (*name).to_owned(),
-                text: (*text).to_owned(),
+                text: text.clone().into_owned(),
                 keep_existing: false,
                 map: Vec::new(),
                 kind: *kind,

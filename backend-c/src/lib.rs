@@ -53,14 +53,17 @@ mod switch;
 mod times;
 pub mod trace;
 
+pub use engine::check::{Damage, Flaw};
+pub use engine::room::{Room, check_image};
 pub use harness::{explorer, harness, multi_harness};
 pub use styles::Style;
 
+use grafsynth_c::SourceFile;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
-use grafsynth_ir::{Span, Valid};
+use grafsynth_ir::{FileId, Span, Valid};
 
 /// The layout of Boolean inputs and outputs in `NAME_in_t` and `NAME_out_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -229,6 +232,8 @@ pub struct Package {
     pub tried: Vec<cost::Candidate>,
     /// For a chart as an interpreted program: the maximum number of instructions that one reaction runs, with the proved rounds of the evolution.
     pub instructions: Option<u64>,
+    /// For a chart with an image: the engine and the instance that [`check_image`] checks an image for.
+    pub room: Option<Room>,
     /// Additional facts for the analysis of `NAME.c`.
     marks: c::print::Marks,
     /// The possible values of its inputs and members.
@@ -240,6 +245,16 @@ impl Package {
     #[must_use]
     pub fn stem(&self) -> &str {
         &self.interface.names.stem
+    }
+
+    /// The files as the C parser reads them: `NAME.c` first, then the files that it may include.
+    #[must_use]
+    pub fn sources(&self) -> Vec<SourceFile<'_>> {
+        let main = format!("{}.c", self.stem());
+        let (first, rest): (Vec<_>, Vec<_>) = self.files.iter().partition(|it| it.name == main);
+        let all = first.into_iter().chain(rest).zip(0..);
+        all.map(|(file, at)| SourceFile { file: FileId(at), name: &file.name, text: &file.text })
+            .collect()
     }
 
     /// The prefix of all global names: the chart's name as a C identifier.
@@ -325,6 +340,7 @@ pub fn emit(
     let style = program.style;
     let image = program.engine.as_ref().map(|it| it.image.clone()).unwrap_or_default();
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
+    let room = program.engine.as_ref().and_then(|it| it.room);
     let representation = (!program.holds.is_empty() || program.instance.is_empty())
         .then(|| interface::representation(net, &names, &program));
     let contract = cost::Contract::of(net, facts, &names, &program.ranges);
@@ -339,6 +355,7 @@ pub fn emit(
         representation,
         tried: Vec::new(),
         instructions,
+        room,
         marks,
         contract,
     })

@@ -2,12 +2,14 @@
 
 use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::Helpers;
+use crate::engine::room::Room;
 use crate::range::Range;
 use crate::times::Ticks;
 use crate::{FileKind, Object};
 use grafsynth_ir::IdMap;
 use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{Step, StepId, VarId};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A member of the instance structure.
@@ -58,11 +60,16 @@ pub(crate) struct StyleOutput {
     pub(crate) one_bit: BTreeSet<StepId>,
 }
 
+/// A file of an engine: its kind, name and text.
+pub(crate) type EngineFile = (FileKind, &'static str, Cow<'static, str>);
+
 /// The additional files and declarations of a chart that an engine interprets.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Engine {
     /// The engine's own files, the same for every chart, headers first.
-    pub(crate) files: &'static [(FileKind, &'static str, &'static str)],
+    pub(crate) files: Vec<EngineFile>,
+    /// The instance for which the image is checked, if there is one.
+    pub(crate) room: Option<Room>,
     /// The maximum number of instructions that one reaction interprets, if the image is a program.
     pub(crate) instructions: Option<u64>,
     /// The file, one of these, that the chart's header includes.

@@ -2,20 +2,6 @@
 
 use crate::cexpr::{CExpr, Class, Prec};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Expr, Leaf, StepId};
-use std::collections::BTreeMap;
-
-/// For each step whose time is compared, the largest constant of these comparisons plus one: counting further makes no difference.
-pub(crate) fn step_caps<'e>(exprs: impl Iterator<Item = &'e Expr>) -> BTreeMap<StepId, i64> {
-    let mut caps = BTreeMap::new();
-    for (leaf, constant) in exprs.flat_map(Expr::compared) {
-        if let Leaf::Elapsed(step) = leaf {
-            let cap = caps.entry(*step).or_insert(1);
-            *cap = (*cap).max(constant.saturating_add(1));
-        }
-    }
-    caps
-}
 
 /// How `NAME_step` receives the ticks since the last reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

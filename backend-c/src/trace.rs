@@ -24,10 +24,9 @@ use crate::c::print::{Arm, Kind, Node};
 use crate::codes;
 use crate::names::{MEMBER_OF_TRACE as MEMBER, Names};
 use crate::style_output::{Member, StyleOutput, mentions};
-use grafsynth_ir::IdMap;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::lower::program::Marks;
-use grafsynth_ir::net::{Net, TransitionId, Verbatim};
+use grafsynth_ir::net::{Net, TransitionId};
+use grafsynth_ir::program::Mark;
 
 /// The first bytes of a dump.
 pub const MAGIC: [u8; 4] = *b"GTR1";
@@ -83,28 +82,19 @@ pub(crate) fn refusal(net: &Net, options: &Options) -> Option<Diagnostic> {
 
 /// Records that a transition fires.
 pub(crate) fn fired(names: &Names, id: TransitionId) -> Node {
-    Node::line(fired_text(names, id))
-}
-
-fn fired_text(names: &Names, id: TransitionId) -> String {
-    format!("{}_fired(self, {}U);", names.prefix, id.index())
+    Node::line(format!("{}_fired(self, {}U);", names.prefix, id.index()))
 }
 
 /// Records that a micro-step begins.
 pub(crate) fn micro_step() -> Node {
-    Node::line(micro_step_text())
+    Node::line(format!("self->{MEMBER}.begins = true;"))
 }
 
-fn micro_step_text() -> String {
-    format!("self->{MEMBER}.begins = true;")
-}
-
-/// The statements that record firings and micro-steps in the reaction program.
-pub(crate) fn marks(net: &Net, names: &Names) -> Marks {
-    let c = |text: String| Verbatim { language: "c".to_owned(), text };
-    Marks {
-        micro_step: c(micro_step_text()),
-        fires: IdMap::build(&net.transitions, |id, _| c(fired_text(names, id))),
+/// The statement of a mark of the reaction program.
+pub(crate) fn mark(names: &Names, mark: Mark) -> Node {
+    match mark {
+        Mark::MicroStep => micro_step(),
+        Mark::Fires(id) => fired(names, id),
     }
 }
 

@@ -492,6 +492,8 @@ impl Writing<'_> {
             Stmt::Code(code) => {
                 json!({ "stmt": "code", "language": code.language, "text": code.text })
             }
+            // Programs for templates have no marks.
+            Stmt::Mark(_) => json!({ "stmt": "mark" }),
             Stmt::Fault(value) => json!({ "stmt": "fault", "value": self.expr(value) }),
         }
     }

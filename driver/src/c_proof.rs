@@ -1,10 +1,10 @@
 //! The proof of emitted C by induction: the text of a package is read for each kind of machine, and one reaction of it is compared with the net.
 
 use grafsynth_backend_c::Package;
-use grafsynth_c::{Config, Input, SourceFile, parse};
+use grafsynth_c::{Config, Input, parse};
+use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{FileId, Valid};
 use grafsynth_verify::Limits;
 use grafsynth_verify::c_code::{Induction, prove};
 
@@ -33,14 +33,7 @@ pub fn prove_c(
     let Some(hint) = &package.representation else {
         return Err(format!("the style `{}` is not covered by the induction", package.style));
     };
-    let main = format!("{}.c", package.stem());
-    let (first, rest): (Vec<_>, Vec<_>) = package.files.iter().partition(|file| file.name == main);
-    let files: Vec<SourceFile> = first
-        .into_iter()
-        .chain(rest)
-        .zip(0..)
-        .map(|(file, at)| SourceFile { file: FileId(at), name: &file.name, text: &file.text })
-        .collect();
+    let files = package.sources();
     let mut proved = Induction::default();
     for config in machines() {
         let input = Input { files: &files, verbatim: &[], readers: &[], config: &config };

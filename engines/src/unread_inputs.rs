@@ -8,8 +8,7 @@ use grafsynth_backend_c::Package;
 use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{Callee, Expr, ExprKind, ItemKind, Place, PlaceKind, StructId, SymbolId};
 use grafsynth_c::walk::{Full, Node, each_full, each_item, expr_parts, init_values, place_parts};
-use grafsynth_c::{Config, Input, SourceFile, parse};
-use grafsynth_ir::FileId;
+use grafsynth_c::{Config, Input, parse};
 use grafsynth_ir::net::Net;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,15 +22,8 @@ pub(crate) fn unread_inputs(net: &Net, package: &Package) -> BTreeSet<String> {
 
 /// Like [`unread_inputs`]; `None` if a reaction may read all.
 fn unread(package: &Package) -> Option<BTreeSet<String>> {
-    let main = format!("{}.c", package.stem());
-    let (first, rest): (Vec<_>, Vec<_>) = package.files.iter().partition(|file| file.name == main);
-    let files: Vec<SourceFile> = first
-        .into_iter()
-        .chain(rest)
-        .zip(0..)
-        .map(|(file, at)| SourceFile { file: FileId(at), name: &file.name, text: &file.text })
-        .collect();
-    if files.first()?.name != main {
+    let files = package.sources();
+    if files.first()?.name != format!("{}.c", package.stem()) {
         return None;
     }
     let config = Config::host();

@@ -231,8 +231,20 @@ pub enum Stmt {
     Call(OutputId, Vec<Expr>),
     /// Runs target-language text.
     Code(Verbatim),
+    /// Records what the reaction does at this point, for an observer; it changes nothing. Only programs with
+    /// [`Additions::marks`](crate::lower::program::Additions::marks) contain it.
+    Mark(Mark),
     /// Sets the fault flag of this reaction (stable evolution and queues only).
     Fault(Expr),
+}
+
+/// What a [`Stmt::Mark`] records.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Mark {
+    /// A micro-step of a stable evolution begins; a single check needs no such mark.
+    MicroStep,
+    /// The transition or reaction fires, before any list of its micro-step runs.
+    Fires(TransitionId),
 }
 
 impl Stmt {
@@ -247,7 +259,7 @@ impl Stmt {
                 ([Some(condition), None], &[])
             }
             Stmt::Call(_, arguments) => ([None; 2], arguments),
-            Stmt::Code(_) => ([None; 2], &[]),
+            Stmt::Code(_) | Stmt::Mark(_) => ([None; 2], &[]),
         };
         few.into_iter().flatten().chain(many)
     }

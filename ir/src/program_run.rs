@@ -107,6 +107,7 @@ impl<'a> Machine<'a> {
                     shown.effects.push(ResetEffect::Call(*output, arguments));
                 }
                 Stmt::Code(text) => shown.effects.push(ResetEffect::Code(text.clone())),
+                Stmt::Mark(_) => {}
                 Stmt::Fault(value) => shown.fault = self.value(value, latched) != 0,
             }
         }

@@ -170,7 +170,7 @@ fn unset(program: &Program, body: &[Stmt], set: &mut BTreeSet<TempId>) -> Option
             }
             Stmt::Output(_, value) | Stmt::Fault(value) => reads(value, set),
             Stmt::Call(_, arguments) => arguments.iter().find_map(|expr| reads(expr, set)),
-            Stmt::Code(_) => None,
+            Stmt::Code(_) | Stmt::Mark(_) => None,
         };
         if found.is_some() {
             return found;

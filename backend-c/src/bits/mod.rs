@@ -58,9 +58,8 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<StyleOutput, Vec<Diagnostic>> {
-    let marks = options.trace.map(|_| crate::trace::marks(net, names));
     let shared = shared_timers(net, facts);
-    let additions = Additions { marks: marks.as_ref(), shared: &shared };
+    let additions = Additions { marks: options.trace.is_some(), shared: &shared };
     let program = program_with(net, &ProgramOptions::default(), additions)?;
     let limit = options.max_transitions.saturating_mul(NODES_PER_TRANSITION).max(1);
     let mut bodies = Vec::new();
@@ -409,6 +408,7 @@ impl<'a> Emit<'a> {
                 nodes.push(callee.call(arguments, &mut self.helpers));
             }
             Stmt::Code(text) => nodes.extend(calls::verbatim(text)),
+            Stmt::Mark(mark) => nodes.push(crate::trace::mark(self.names, *mark)),
             Stmt::Fault(value) => {
                 if self.sets_fault {
                     let value = self.expr(value);
@@ -606,14 +606,10 @@ fn counts_ticks(cell: &Cell) -> bool {
 }
 
 pub(crate) fn gives_fault(statement: &Stmt) -> bool {
-    match statement {
-        Stmt::Fault(value) => !value.is_false(),
-        Stmt::If(_, then, otherwise) => then.iter().chain(otherwise).any(gives_fault),
-        Stmt::Repeat { body, .. } => body.iter().any(gives_fault),
-        Stmt::Set(..) | Stmt::Store(..) | Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) => {
-            false
-        }
+    if let Stmt::Fault(value) = statement {
+        return !value.is_false();
     }
+    statement.lists().into_iter().flatten().any(gives_fault)
 }
 
 /// Reads cells, temps and inputs.

@@ -201,7 +201,7 @@ impl Walk {
                 body.iter().for_each(|it| self.statement(it, &inner));
                 self.read(condition, block);
             }
-            Stmt::Code(_) => {}
+            Stmt::Code(_) | Stmt::Mark(_) => {}
         }
     }
 

@@ -1,12 +1,15 @@
 /* The table engine of grafsynth: the same text for all charts. Do not edit. */
 #include "grafsynth_engine.h"
 
+/* The virtual machine. */
+
 /* The header of an image. */
 #define GS_AT_LIMIT 16U
 #define GS_AT_CHOSEN 18U
 #define GS_AT_INITIAL 20U
 #define GS_AT_INPUTS 22U
 #define GS_AT_SECTIONS 24U
+#define GS_AT_RESET 80U
 #define GS_BODY 84U
 
 /* Kind 0: all fireable transitions fire. */
@@ -36,45 +39,16 @@
 #define GS_LIST_ROW 4U
 #define GS_HISTORY_ROW 10U
 #define GS_CASE_ROW 4U
-#define GS_VAR_ROW 12U
 #define GS_TIMER_ROW 6U
 #define GS_BLOCK_ROW 4U
 
 #define GS_NONE 0xFFFFU
-#define GS_STACK 16U
 
 /* The kind of a list item: its two highest bits. */
 #define GS_ITEM_KIND 0xC000U
 #define GS_ITEM_CONTENT 0x4000U
 #define GS_ITEM_HISTORY 0x8000U
 #define GS_ITEM_NUMBER 0x3FFFU
-
-#define GS_OP_BYTE 0U
-#define GS_OP_LONG 1U
-#define GS_OP_INPUT 2U
-#define GS_OP_VAR 3U
-#define GS_OP_ACTIVE 4U
-#define GS_OP_TIMER 5U
-#define GS_OP_RISE 6U
-#define GS_OP_FALL 7U
-#define GS_OP_NOT 8U
-#define GS_OP_AND 9U
-#define GS_OP_OR 10U
-#define GS_OP_EQ 11U
-#define GS_OP_NE 12U
-#define GS_OP_LT 13U
-#define GS_OP_LE 14U
-#define GS_OP_GT 15U
-#define GS_OP_GE 16U
-#define GS_OP_ADD 17U
-#define GS_OP_SUB 18U
-#define GS_OP_MUL 19U
-#define GS_OP_NEG 20U
-#define GS_OP_SELECT 21U
-#define GS_OP_STORE 22U
-#define GS_OP_UNLESS 23U
-#define GS_OP_SKIP 24U
-#define GS_N_OPS 25U
 
 /* --- reading ------------------------------------------------------------------------------------------------------------------------------ */
 
@@ -113,7 +87,7 @@ static uint16_t gs_cell(GS_ROM uint8_t *image, uint8_t section, uint16_t row, ui
 /* --- checking ----------------------------------------------------------------------------------------------------------------------------- */
 
 static const uint8_t gs_row_sizes[GS_N_SECTIONS] = {
-    GS_STATE_ROW, GS_TRANSITION_ROW, GS_EVENT_ROW, 2U, GS_LIST_ROW, 2U, GS_HISTORY_ROW, GS_CASE_ROW, GS_VAR_ROW, GS_TIMER_ROW, 2U, 2U,
+    GS_STATE_ROW, GS_TRANSITION_ROW, GS_EVENT_ROW, 2U, GS_LIST_ROW, 2U, GS_HISTORY_ROW, GS_CASE_ROW, GS_CELL_ROW, GS_TIMER_ROW, 2U, 2U,
     GS_BLOCK_ROW, 1U
 };
 
@@ -146,142 +120,54 @@ static uint32_t gs_marks(GS_ROM uint8_t *image) GS_ON_STACK
     return gs_bytes((uint32_t)gs_count(image, GS_TRANSITIONS) + (3U * states) + (3U * histories));
 }
 
+/* The number of bits: situation, recorded cases, and two for each edge. */
+static uint32_t gs_count_bits(GS_ROM uint8_t *image)
+{
+    return (uint32_t)gs_count(image, GS_STATES) + gs_count(image, GS_CASES) + (2U * (uint32_t)gs_count(image, GS_EDGES));
+}
+
 static bool gs_has_room(GS_ROM uint8_t *image, const gs_room_t *room) GS_ON_STACK
 {
-    const uint32_t bits = (uint32_t)gs_count(image, GS_STATES) + gs_count(image, GS_CASES) + (2U * (uint32_t)gs_count(image, GS_EDGES));
     const uint32_t values = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);
     const uint32_t work = gs_marks(image) + (2U * (uint32_t)gs_u16(image, GS_AT_CHOSEN));
-    return (gs_bytes(bits) <= room->bits) && (values <= room->values) && (work <= room->work);
+    return (gs_bytes(gs_count_bits(image)) <= room->bits) && (values <= room->values) && (work <= room->work);
 }
 
-/* The bytes of an instruction's operand. */
-static uint8_t gs_operand(uint8_t op)
+static uint16_t gs_many(GS_ROM uint8_t *image, uint8_t kind) GS_ON_STACK
 {
-    uint8_t size = 0U;
-    if (op == GS_OP_BYTE) {
-        size = 1U;
-    } else if (op == GS_OP_LONG) {
-        size = 4U;
-    } else if ((op <= GS_OP_FALL) || (op >= GS_OP_STORE)) {
-        size = 2U;
-    } else {
-        /* uses only the stack */
-    }
-    return size;
-}
-
-/* Whether an operand refers to something that exists. */
-static bool gs_operand_is_good(GS_ROM uint8_t *image, uint8_t op, uint16_t at)
-{
-    uint16_t count = GS_NONE;
-    switch (op) {
-    case GS_OP_INPUT:
-        count = gs_u16(image, GS_AT_INPUTS);
+    const uint32_t bits = gs_count_bits(image);
+    uint32_t many = 0U;
+    switch (kind) {
+    case GS_KIND_INPUT:
+        many = gs_u16(image, GS_AT_INPUTS);
         break;
-    case GS_OP_VAR:
-    case GS_OP_STORE:
-        count = gs_count(image, GS_VARS);
+    case GS_KIND_BIT:
+        many = bits;
         break;
-    case GS_OP_ACTIVE:
-        count = gs_count(image, GS_STATES);
+    case GS_KIND_PAIR:
+        if (bits > 0U) {
+            many = bits - 1U;
+        }
         break;
-    case GS_OP_TIMER:
-        count = gs_count(image, GS_TIMERS);
-        break;
-    case GS_OP_RISE:
-    case GS_OP_FALL:
-        count = gs_count(image, GS_EDGES);
+    case GS_KIND_VALUE:
+        many = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);
         break;
     default:
+        many = gs_count(image, GS_VARS);
         break;
     }
-    return (count == GS_NONE) || (gs_u16(image, at) < count);
+    return (many < GS_NONE) ? (uint16_t)many : GS_NONE;
 }
 
-/* Whether a jump from one place leads to the beginning of an instruction, or to the end. */
-static bool gs_jump_is_good(GS_ROM uint8_t *image, uint16_t from, uint16_t to, uint16_t end)
-{
-    uint32_t at = from;
-    while ((at < to) && (at < end)) {
-        at = at + 1U + gs_operand(image[(uint16_t)at]);
-    }
-    return (to <= end) && (at == to);
-}
-
-/* The number of values that an instruction pops. */
-static uint8_t gs_takes(uint8_t op)
-{
-    uint8_t takes = 2U;
-    if ((op <= GS_OP_FALL) || (op == GS_OP_SKIP)) {
-        takes = 0U;
-    } else if ((op == GS_OP_NOT) || (op == GS_OP_NEG) || (op == GS_OP_STORE) || (op == GS_OP_UNLESS)) {
-        takes = 1U;
-    } else if (op == GS_OP_SELECT) {
-        takes = 3U;
-    } else {
-        /* two */
-    }
-    return takes;
-}
-
-/* Whether a block stays within its bytes and its stack, jumps only forward to an instruction or the end, and leaves the expected number of values. */
+/* Whether a block stays within the code and can be run, and leaves the wanted number of values. */
 static bool gs_block_is_good(GS_ROM uint8_t *image, uint16_t block, uint8_t wanted)
 {
-    const uint16_t count = gs_count(image, GS_CODE);
     const uint16_t first = gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U);
     const uint16_t many = gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U);
-    bool good = gs_within(first, many, count);
-    uint16_t at = good ? gs_row(image, GS_CODE, first, 1U) : 0U;
-    const uint16_t end = good ? (uint16_t)(at + many) : 0U;
-    uint8_t depth = 0U;
-    while (good && (at < end)) {
-        const uint8_t op = image[at];
-        const uint16_t operand = (uint16_t)(at + 1U);
-        const uint8_t size = gs_operand(op);
-        good = (op < GS_N_OPS) && (size < (uint16_t)(end - at)) && (gs_takes(op) <= depth);
-        if (good) {
-            at = (uint16_t)(operand + size);
-            depth = (uint8_t)(depth - gs_takes(op));
-            if (op < GS_OP_STORE) {
-                ++depth;
-                good = (depth <= GS_STACK) && gs_operand_is_good(image, op, operand);
-            } else {
-                /* Statements need an empty stack, and are allowed in lists only. */
-                good = (depth == 0U) && (wanted == 0U) && gs_operand_is_good(image, op, operand);
-                if (op != GS_OP_STORE) {
-                    const uint16_t far = gs_u16(image, operand);
-                    good = good && (far <= (uint16_t)(end - at)) && gs_jump_is_good(image, at, (uint16_t)(at + far), end);
-                }
-            }
-        }
-    }
-    return good && (depth == wanted);
-}
-
-/* A jump into an expression would find too few values on the stack, so each must go to the beginning of a statement. */
-static bool gs_jumps_are_good(GS_ROM uint8_t *image, uint16_t block)
-{
-    uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
-    const uint16_t end = (uint16_t)(at + gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
-    bool good = true;
-    while (good && (at < end)) {
-        const uint8_t op = image[at];
-        const uint16_t next = (uint16_t)(at + 1U + gs_operand(op));
-        if ((op == GS_OP_UNLESS) || (op == GS_OP_SKIP)) {
-            const uint16_t to = (uint16_t)(next + gs_u16(image, (uint16_t)(at + 1U)));
-            uint8_t depth = 0U;
-            uint16_t walk = next;
-            while (walk < to) {
-                const uint8_t passed = image[walk];
-                depth = (uint8_t)(depth - gs_takes(passed));
-                if (passed < GS_OP_STORE) {
-                    ++depth;
-                }
-                walk = (uint16_t)(walk + 1U + gs_operand(passed));
-            }
-            good = depth == 0U;
-        }
-        at = next;
+    bool good = gs_within(first, many, gs_count(image, GS_CODE));
+    if (good) {
+        const uint16_t at = gs_row(image, GS_CODE, first, 1U);
+        good = gs_check_code(image, at, (uint16_t)(at + many), wanted) == GS_OK;
     }
     return good;
 }
@@ -294,8 +180,7 @@ static bool gs_value_is_good(GS_ROM uint8_t *image, uint16_t block)
 /* A list of statements; an empty list is block 0, or another block without instructions. */
 static bool gs_list_is_good(GS_ROM uint8_t *image, uint16_t block)
 {
-    return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 0U)
-           && gs_jumps_are_good(image, block);
+    return gs_below(block, gs_count(image, GS_BLOCKS)) && gs_block_is_good(image, block, 0U);
 }
 
 static bool gs_states_are_good(GS_ROM uint8_t *image)
@@ -391,11 +276,13 @@ static bool gs_histories_are_good(GS_ROM uint8_t *image)
 
 static bool gs_rest_is_good(GS_ROM uint8_t *image) GS_ON_STACK
 {
-    bool good = true;
+    const uint32_t values = (uint32_t)gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS);
+    bool good = gs_list_is_good(image, gs_u16(image, GS_AT_RESET));
     for (uint16_t v = 0U; good && (v < gs_count(image, GS_VARS)); ++v) {
-        const uint16_t row = gs_row(image, GS_VARS, v, GS_VAR_ROW);
-        const int32_t lo = gs_i32(image, (uint16_t)(row + 4U));
-        good = lo <= gs_i32(image, (uint16_t)(row + 8U));
+        const uint16_t row = gs_row(image, GS_VARS, v, GS_CELL_ROW);
+        const uint32_t last = (uint32_t)gs_u16(image, row) + gs_u16(image, (uint16_t)(row + 2U));
+        const int32_t least = gs_i32(image, (uint16_t)(row + 4U));
+        good = (gs_u16(image, (uint16_t)(row + 2U)) > 0U) && (last <= values) && (least <= gs_i32(image, (uint16_t)(row + 8U)));
     }
     for (uint16_t t = 0U; good && (t < gs_count(image, GS_TIMERS)); ++t) {
         const uint16_t row = gs_row(image, GS_TIMERS, t, GS_TIMER_ROW);
@@ -428,7 +315,7 @@ uint8_t gs_check(GS_ROM uint8_t *image, uint16_t size, const gs_room_t *room)
         found = GS_SHORT;
     } else if ((image[0] != 0x47U) || (image[1] != 0x53U) || (image[2] != 0x54U) || (image[3] != 0x42U)) {
         found = GS_MAGIC;
-    } else if (image[4] != 1U) {
+    } else if (image[4] != 2U) {
         found = GS_VERSION;
     } else if ((gs_u16(image, GS_AT_LENGTH) > size) || (gs_u16(image, GS_AT_LENGTH) < GS_BODY)) {
         found = GS_SHORT;
@@ -458,14 +345,10 @@ static uint16_t gs_case_bit(const gs_run_t *run, uint16_t number)
     return (uint16_t)(gs_count(run->image, GS_STATES) + number);
 }
 
+/* The operand of an edge before this reaction; the next bit is its value now. Once a transition has fired, both are equal, so no edge remains. */
 static uint16_t gs_edge_bit(const gs_run_t *run, uint16_t number)
 {
-    return (uint16_t)(gs_case_bit(run, gs_count(run->image, GS_CASES)) + number);
-}
-
-static uint16_t gs_now_bit(const gs_run_t *run, uint16_t number)
-{
-    return (uint16_t)(gs_edge_bit(run, gs_count(run->image, GS_EDGES)) + number);
+    return (uint16_t)(gs_case_bit(run, gs_count(run->image, GS_CASES)) + (2U * (uint32_t)number));
 }
 
 /* Marks of a micro-step: transition offered; state exited, entered, runs its initial content; history pending, visited, takes its default. */
@@ -516,159 +399,16 @@ static void gs_set_chosen(gs_run_t *run, uint16_t at, uint16_t transition) GS_ON
 
 /* --- expressions and lists ---------------------------------------------------------------------------------------------------------------- */
 
-static void gs_store(const gs_run_t *run, uint16_t var, int32_t value) GS_ON_STACK
-{
-    const uint16_t row = gs_row(run->image, GS_VARS, var, GS_VAR_ROW);
-    const int32_t lo = gs_i32(run->image, (uint16_t)(row + 4U));
-    const int32_t hi = gs_i32(run->image, (uint16_t)(row + 8U));
-    run->values[var] = (value < lo) ? lo : ((value > hi) ? hi : value);
-}
-
-/* 1 for true, 0 for false. */
-static int32_t gs_truth(bool holds)
-{
-    int32_t value = 0;
-    if (holds) {
-        value = 1;
-    }
-    return value;
-}
-
-static int32_t gs_leaf(const gs_run_t *run, uint8_t op, uint16_t number)
-{
-    int32_t value = 0;
-    switch (op) {
-    case GS_OP_INPUT:
-        value = run->in[number];
-        break;
-    case GS_OP_VAR:
-        value = run->values[number];
-        break;
-    case GS_OP_ACTIVE:
-        value = gs_truth(gs_bit(run->bits, number));
-        break;
-    case GS_OP_TIMER:
-        value = run->values[(uint16_t)(gs_count(run->image, GS_VARS) + number)];
-        break;
-    case GS_OP_RISE:
-        value = gs_truth(run->fresh && gs_bit(run->bits, gs_now_bit(run, number)) && !gs_bit(run->bits, gs_edge_bit(run, number)));
-        break;
-    case GS_OP_FALL:
-        value = gs_truth(run->fresh && !gs_bit(run->bits, gs_now_bit(run, number)) && gs_bit(run->bits, gs_edge_bit(run, number)));
-        break;
-    default:
-        break;
-    }
-    return value;
-}
-
-static int32_t gs_two(uint8_t op, int32_t a, int32_t b)
-{
-    const uint32_t x = (uint32_t)a;
-    const uint32_t y = (uint32_t)b;
-    int32_t value = 0;
-    switch (op) {
-    case GS_OP_AND:
-        value = gs_truth((a != 0) && (b != 0));
-        break;
-    case GS_OP_OR:
-        value = gs_truth((a != 0) || (b != 0));
-        break;
-    case GS_OP_EQ:
-        value = gs_truth(a == b);
-        break;
-    case GS_OP_NE:
-        value = gs_truth(a != b);
-        break;
-    case GS_OP_LT:
-        value = gs_truth(a < b);
-        break;
-    case GS_OP_LE:
-        value = gs_truth(a <= b);
-        break;
-    case GS_OP_GT:
-        value = gs_truth(a > b);
-        break;
-    case GS_OP_GE:
-        value = gs_truth(a >= b);
-        break;
-    case GS_OP_ADD:
-        value = gs_signed(x + y);
-        break;
-    case GS_OP_SUB:
-        value = gs_signed(x - y);
-        break;
-    case GS_OP_MUL:
-        value = gs_signed(x * y);
-        break;
-    default:
-        break;
-    }
-    return value;
-}
-
 /* The result of a block; 0 for a statement list. */
-static int32_t gs_run(const gs_run_t *run, uint16_t block)
+static int32_t gs_run(gs_run_t *run, uint16_t block)
 {
-    GS_ROM uint8_t *image = run->image;
-    int32_t stack[GS_STACK + 1U];
-    uint8_t depth = 0U;
-    uint16_t at = gs_row(image, GS_CODE, gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
-    const uint16_t end = (uint16_t)(at + gs_cell(image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
-    /* One element more than is used, so that the top always exists. */
-    stack[0] = 0;
-    while (at < end) {
-        const uint8_t op = image[at];
-        const uint16_t operand = (uint16_t)(at + 1U);
-        at = (uint16_t)(operand + gs_operand(op));
-        switch (op) {
-        case GS_OP_BYTE:
-            ++depth;
-            stack[depth] = (image[operand] < 128U) ? (int32_t)image[operand] : ((int32_t)image[operand] - 256);
-            break;
-        case GS_OP_LONG:
-            ++depth;
-            stack[depth] = gs_i32(image, operand);
-            break;
-        case GS_OP_INPUT:
-        case GS_OP_VAR:
-        case GS_OP_ACTIVE:
-        case GS_OP_TIMER:
-        case GS_OP_RISE:
-        case GS_OP_FALL:
-            ++depth;
-            stack[depth] = gs_leaf(run, op, gs_u16(image, operand));
-            break;
-        case GS_OP_NOT:
-            stack[depth] = gs_truth(stack[depth] == 0);
-            break;
-        case GS_OP_NEG:
-            stack[depth] = gs_signed(0U - (uint32_t)stack[depth]);
-            break;
-        case GS_OP_SELECT:
-            depth = (uint8_t)(depth - 2U);
-            stack[depth] = (stack[depth] != 0) ? stack[depth + 1U] : stack[depth + 2U];
-            break;
-        case GS_OP_STORE:
-            gs_store(run, gs_u16(image, operand), stack[depth]);
-            --depth;
-            break;
-        case GS_OP_UNLESS:
-            if (stack[depth] == 0) {
-                at = (uint16_t)(at + gs_u16(image, operand));
-            }
-            --depth;
-            break;
-        case GS_OP_SKIP:
-            at = (uint16_t)(at + gs_u16(image, operand));
-            break;
-        default:
-            --depth;
-            stack[depth] = gs_two(op, stack[depth], stack[depth + 1U]);
-            break;
-        }
-    }
-    return stack[depth];
+    run->cells = gs_row(run->image, GS_VARS, 0U, GS_CELL_ROW);
+    run->at = gs_row(run->image, GS_CODE, gs_cell(run->image, GS_BLOCKS, block, GS_BLOCK_ROW, 0U), 1U);
+    run->end = (uint16_t)(run->at + gs_cell(run->image, GS_BLOCKS, block, GS_BLOCK_ROW, 2U));
+    run->depth = 0U;
+    run->stack[0] = 0;
+    gs_go(run);
+    return run->stack[0];
 }
 
 /* --- a micro-step ------------------------------------------------------------------------------------------------------------------------- */
@@ -808,6 +548,15 @@ static void gs_fire_chart(gs_run_t *run)
     gs_enter_states(run);
 }
 
+/* Ends all edges. */
+static void gs_renew_edges(gs_run_t *run) GS_ON_STACK
+{
+    for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
+        const uint16_t before = gs_edge_bit(run, e);
+        gs_put(run->bits, before, gs_bit(run->bits, (uint16_t)(before + 1U)));
+    }
+}
+
 static bool gs_guard_holds(gs_run_t *run, uint16_t transition)
 {
     const uint16_t guard = GS_TRANSITION(run->image, transition, GS_GUARD);
@@ -924,7 +673,7 @@ static bool gs_evolve_chart(gs_run_t *run, bool reset)
                 again = false;
             } else {
                 gs_fire_chart(run);
-                run->fresh = false;
+                gs_renew_edges(run);
                 ++n;
             }
         }
@@ -1001,7 +750,7 @@ static bool gs_evolve_net(gs_run_t *run)
             again = false;
         } else {
             gs_fire_net(run);
-            run->fresh = false;
+            gs_renew_edges(run);
             ++n;
             again = (limit != 0U) && gs_check_net(run);
         }
@@ -1015,21 +764,12 @@ static bool gs_evolve_net(gs_run_t *run)
 static void gs_compare_edges(gs_run_t *run) GS_ON_STACK
 {
     for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
-        gs_put(run->bits, gs_now_bit(run, e), gs_run(run, gs_cell(run->image, GS_EDGES, e, 2U, 0U)) != 0);
-    }
-    run->fresh = true;
-}
-
-static void gs_renew_edges(gs_run_t *run) GS_ON_STACK
-{
-    for (uint16_t e = 0U; e < gs_count(run->image, GS_EDGES); ++e) {
-        gs_put(run->bits, gs_edge_bit(run, e), gs_bit(run->bits, gs_now_bit(run, e)));
+        gs_put(run->bits, (uint16_t)(gs_edge_bit(run, e) + 1U), gs_run(run, gs_cell(run->image, GS_EDGES, e, 2U, 0U)) != 0);
     }
 }
 
 static void gs_give_outputs(gs_run_t *run) GS_ON_STACK
 {
-    run->fresh = false;
     for (uint16_t o = 0U; o < gs_count(run->image, GS_OUTPUTS); ++o) {
         run->out[o] = gs_run(run, gs_cell(run->image, GS_OUTPUTS, o, 2U, 0U));
     }
@@ -1038,19 +778,16 @@ static void gs_give_outputs(gs_run_t *run) GS_ON_STACK
 bool gs_init(gs_run_t *run)
 {
     GS_ROM uint8_t *image = run->image;
-    const uint16_t vars = gs_count(image, GS_VARS);
-    const uint16_t bits = gs_now_bit(run, gs_count(image, GS_EDGES));
+    const uint16_t values = (uint16_t)(gs_count(image, GS_VARS) + gs_count(image, GS_TIMERS));
+    const uint16_t bits = gs_edge_bit(run, gs_count(image, GS_EDGES));
     bool fault = false;
     for (uint16_t i = 0U; i < bits; ++i) {
         gs_put(run->bits, i, false);
     }
-    for (uint16_t v = 0U; v < vars; ++v) {
-        gs_store(run, v, gs_i32(image, gs_row(image, GS_VARS, v, GS_VAR_ROW)));
+    for (uint16_t v = 0U; v < values; ++v) {
+        run->values[v] = 0;
     }
-    for (uint16_t t = 0U; t < gs_count(image, GS_TIMERS); ++t) {
-        run->values[(uint16_t)(vars + t)] = 0;
-    }
-    run->fresh = false;
+    (void)gs_run(run, gs_u16(image, GS_AT_RESET));
     gs_clear_marks(run);
     gs_add(run, gs_u16(image, GS_AT_INITIAL));
     gs_enter_histories(run);

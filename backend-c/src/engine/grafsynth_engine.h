@@ -8,6 +8,9 @@
 extern "C" {
 #endif
 
+/* The maximum stack depth. */
+#define GS_STACK 16U
+
 /* The sizes of an instance. */
 typedef struct {
     uint32_t interface; /* identifies inputs and outputs: names, types, order */
@@ -27,7 +30,11 @@ typedef struct {
     int32_t *out;
     uint8_t *work;
     uint16_t chosen; /* transitions that fire */
-    bool fresh;      /* edges are still present: nothing has fired yet in this reaction */
+    int32_t stack[GS_STACK];
+    uint16_t cells; /* the place of the rows of cells in the image */
+    uint16_t at;
+    uint16_t end;
+    uint8_t depth;
 } gs_run_t;
 
 /* Whether an image can be run: GS_OK, or an error. It is called once; the other functions trust the image. */

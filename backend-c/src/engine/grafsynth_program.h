@@ -48,6 +48,7 @@ typedef struct {
     int64_t stack[GP_STACK];
     uint32_t rounds[GP_LOOPS]; /* left for each loop */
     uint16_t begins[GP_LOOPS];
+    uint16_t cells; /* the place of the rows of cells in the image */
     uint16_t at;
     uint16_t end;
     uint16_t number; /* of the request that gp_go returned */

@@ -2,16 +2,28 @@
 //! checks them.
 
 use crate::Object;
+use grafsynth_ir::expr::Type;
 use std::collections::BTreeMap;
 
-/// The version of the format, which the engine checks.
-const VERSION: u8 = 1;
+/// The version of the format of both kinds of images.
+pub(super) const VERSION: u8 = 2;
+/// Bytes of a program before the rows of cells.
+pub(super) const PROGRAM_HEADER: usize = 32;
+/// The kind number of a program, which distinguishes it from the images of tables.
+pub(super) const PROGRAM_KIND: u8 = 4;
 /// Bytes before the first section.
-const HEADER: usize = 84;
+pub(super) const HEADER: usize = 84;
 /// The position of the checksum, which covers all bytes; its own bytes count as 0.
 const CHECKSUM: std::ops::Range<usize> = 8..12;
 /// The number for "none" in a row that can refer to another row.
 pub(super) const NONE: u16 = 0xffff;
+
+/// The flag of an item that is the initial content of a state, not a state.
+pub(super) const CONTENT: u16 = 0x4000;
+/// The flag of an item that is a history; see also [`CONTENT`].
+pub(super) const HISTORY: u16 = 0x8000;
+/// The maximum number of states that an item can encode.
+pub(super) const MOST_STATES: usize = 0x3fff;
 
 /// The kinds of charts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +57,38 @@ pub(super) enum Section {
     Code,
 }
 
+impl Section {
+    /// All sections, in the order of the header.
+    pub(super) const ALL: [Section; 14] = [
+        Section::States,
+        Section::Transitions,
+        Section::Events,
+        Section::Index,
+        Section::Lists,
+        Section::Items,
+        Section::Histories,
+        Section::Cases,
+        Section::Vars,
+        Section::Timers,
+        Section::Edges,
+        Section::Outputs,
+        Section::Blocks,
+        Section::Code,
+    ];
+
+    /// The bytes of a row.
+    pub(super) fn row(self) -> usize {
+        match self {
+            Section::States | Section::Transitions | Section::Vars => 12,
+            Section::Histories => 10,
+            Section::Events | Section::Timers => 6,
+            Section::Lists | Section::Cases | Section::Blocks => 4,
+            Section::Index | Section::Items | Section::Edges | Section::Outputs => 2,
+            Section::Code => 1,
+        }
+    }
+}
+
 /// The names of the sections in the comments of `NAME_tables.c`.
 const TITLES: [&str; 14] = [
     "states: ancestor, last descendant, entry, exit, initial content, timer",
@@ -55,7 +99,7 @@ const TITLES: [&str; 14] = [
     "items of lists: a state; 0x4000 and more the initial content of one; 0x8000 and more a history",
     "histories: owner, first case, number of cases, default, its content",
     "cases: state, entered states",
-    "variables: initial value, least, most",
+    "variables: first value, number of values, least, most",
     "timers: state, cap",
     "edges: operand",
     "outputs: value",
@@ -90,6 +134,8 @@ pub(super) struct Head {
     pub(super) chosen: u16,
     pub(super) initial: u16,
     pub(super) inputs: u16,
+    /// The block that runs at reset.
+    pub(super) reset: u16,
 }
 
 /// Bytes with a description.
@@ -98,6 +144,16 @@ pub(super) struct Line {
     pub(super) title: Option<&'static str>,
     pub(super) note: String,
     pub(super) object: Option<Object>,
+}
+
+/// The row of a cell: its first value, how many it has, and its range; `None` if that needs more than 32 bits.
+pub(super) fn cell(first: usize, many: usize, ty: Type) -> Option<Vec<u8>> {
+    let mut bytes = [narrow(first).to_le_bytes(), narrow(many).to_le_bytes()].concat();
+    let (lo, hi) = ty.bounds();
+    for bound in [lo, hi] {
+        bytes.extend(i32::try_from(bound).ok()?.to_le_bytes());
+    }
+    Some(bytes)
 }
 
 /// A number that fits into a column. A larger one occurs only in an image of more than 65535 bytes, which is rejected as a whole.
@@ -192,11 +248,12 @@ impl Image {
             header.extend(value.to_le_bytes());
         }
         header.extend(places.iter().flat_map(|place| place.to_le_bytes()));
+        header.extend(head.reset.to_le_bytes());
         header.resize(HEADER, 0);
         let mut lines = vec![Line {
             bytes: header,
             title: Some(
-                "header: magic, version, kind, length, checksum, interface, limits, sections",
+                "header: magic, version, kind, length, checksum, interface, limits, sections, reset",
             ),
             note: String::new(),
             object: None,
@@ -215,10 +272,19 @@ impl Image {
 /// Inserts the checksum; its bytes must still be 0.
 pub(super) fn seal(lines: &mut [Line]) {
     let all: Vec<u8> = lines.iter().flat_map(|line| line.bytes.iter().copied()).collect();
-    let crc = crc32(&all);
+    let crc = crc32_of_image(&all);
     if let Some(first) = lines.first_mut() {
         first.bytes[CHECKSUM].copy_from_slice(&crc.to_le_bytes());
     }
+}
+
+/// The checksum of an image: its own bytes count as 0.
+pub(super) fn crc32_of_image(image: &[u8]) -> u32 {
+    let mut image = image.to_vec();
+    if let Some(own) = image.get_mut(CHECKSUM) {
+        own.fill(0);
+    }
+    crc32(&image)
 }
 
 /// The CRC-32 of IEEE 802.3 (reflected, polynomial 0xEDB88320), as used in zip files.
@@ -240,6 +306,11 @@ mod tests {
     #[test]
     fn the_checksum_is_the_usual_one() {
         assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+    }
+
+    #[test]
+    fn sections_are_in_order() {
+        assert!(Section::ALL.iter().enumerate().all(|(at, section)| *section as usize == at));
     }
 
     #[test]

@@ -11,46 +11,43 @@
 // A variant that an emitter forgets is a miscompile.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod assemble;
 pub(crate) mod btrans;
 mod bytes;
+pub(crate) mod check;
 mod code;
 mod handing;
 mod image;
-mod instructions;
+mod loading;
+mod ops;
 pub(crate) mod program;
+pub(crate) mod room;
 
 use crate::c::print::{Kind, Node};
 use crate::names::Names;
 use crate::refusal::Refusal;
-use crate::style_output::{Engine, Member, StyleOutput};
-use crate::times::{Ticks, step_caps};
-use crate::{FileKind, Object, Options};
+use crate::style_output::{Member, StyleOutput};
+use crate::times::Ticks;
+use crate::{Object, Options};
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
 };
+use grafsynth_ir::plan::Needs;
 use grafsynth_ir::{IdMap, Span};
 use handing::{as_type, clear_words, hand_in, hand_out};
-use image::{Head, Image, ImageKind, Line, NONE, Section, narrow};
+use image::{CONTENT, HISTORY, Head, Image, ImageKind, Line, MOST_STATES, NONE, Section, narrow};
 use itertools::Itertools as _;
+use loading::Loading;
+use ops::Machine;
+use room::Room;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The common header with which all engines read images.
-const IMAGE_HEADER: (FileKind, &str, &str) =
-    (FileKind::EngineHeader, "grafsynth_image.h", include_str!("grafsynth_image.h"));
-/// The files that are the same for every chart in this style.
-const FILES: [(FileKind, &str, &str); 3] = [
-    IMAGE_HEADER,
-    (FileKind::EngineHeader, "grafsynth_engine.h", include_str!("grafsynth_engine.h")),
-    (FileKind::EngineSource, "grafsynth_engine.c", include_str!("grafsynth_engine.c")),
+/// The engine's own files.
+const FILES: [(&str, &str); 2] = [
+    ("grafsynth_engine.h", include_str!("grafsynth_engine.h")),
+    ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
 ];
-
-/// The flag of an item that is the initial content of a state, not a state.
-const CONTENT: u16 = 0x4000;
-/// The flag of an item that is a history; see also [`CONTENT`].
-const HISTORY: u16 = 0x8000;
-/// The maximum number of states that an item can encode.
-const MOST_STATES: usize = 0x3fff;
 
 /// The information that all rows share.
 struct Plan<'a> {
@@ -103,16 +100,21 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<Sty
         },
     };
     let inputs = narrow(plan.inputs.values().flatten().count());
-    let head = Head { kind, interface: interface(net, ticks), limit, chosen, initial, inputs };
+    let reset = image.block(&code::reset(&plan));
+    let interface = interface(net, ticks);
+    let head = Head { kind, interface, limit, chosen, initial, inputs, reset };
     let n_states = net.steps.len();
+    let bits = usize::from(plan.edge_bit(net.edges.len()));
+    let work = (net.transitions.len() + 3 * n_states + 3 * net.histories.len()).div_ceil(8)
+        + 2 * usize::from(chosen);
     let room = Room {
-        bits: (n_states + image.count(Section::Cases) + 2 * net.edges.len()).div_ceil(8).max(1),
-        values: (net.vars.len() + plan.timers.len()).max(1),
-        work: (net.transitions.len() + 3 * n_states + 3 * net.histories.len()).div_ceil(8)
-            + 2 * usize::from(chosen),
+        bits: size(bits.div_ceil(8)),
+        values: size(net.vars.len() + plan.timers.len()),
+        work: size(work),
         inputs: inputs.into(),
-        outputs: net.outputs.len(),
+        outputs: narrow(net.outputs.len()).into(),
         interface: head.interface,
+        ..Room::default()
     };
     let (lines, length) = image.finish(head);
     if length > usize::from(u16::MAX) {
@@ -124,14 +126,9 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<Sty
     Ok(emit(net, names, &room, ticks, &lines))
 }
 
-/// The memory that a chart needs, and its parameters.
-struct Room {
-    bits: usize,
-    values: usize,
-    work: usize,
-    inputs: usize,
-    outputs: usize,
-    interface: u32,
+/// The length of an array of an instance, which has at least one element.
+fn size(elements: usize) -> u32 {
+    narrow(elements.max(1)).into()
 }
 
 /// A number on which a program and an image must agree: names, types and order of inputs and outputs, and how time is passed in.
@@ -175,7 +172,9 @@ impl<'a> Plan<'a> {
         let listened: BTreeSet<InputId> =
             net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
         let mut timers = BTreeMap::new();
-        for (at, (step, cap)) in step_caps(net.expressions()).into_iter().enumerate() {
+        let caps = Needs::of(net, false).elapsed;
+        let read = caps.iter().filter_map(|(step, cap)| cap.map(|cap| (step, cap)));
+        for (at, (step, cap)) in read.enumerate() {
             let Ok(cap) = i32::try_from(cap) else {
                 return refuse("a time of more than 31 bits", net.steps[step].meta.span);
             };
@@ -396,15 +395,9 @@ impl<'a> Plan<'a> {
     fn rest(&self, image: &mut Image) -> Result<(), Refusal> {
         let net = self.net;
         for (id, var) in net.vars.iter() {
-            let (lo, hi) = var.ty.bounds();
-            let init = var.init.first().copied().unwrap_or(0);
-            let mut bytes = Vec::new();
-            for value in [init, lo, hi] {
-                let Ok(value) = i32::try_from(value) else {
-                    return refuse("a variable of more than 32 bits", var.meta.span);
-                };
-                bytes.extend(value.to_le_bytes());
-            }
+            let Some(bytes) = image::cell(id.index(), 1, var.ty) else {
+                return refuse("a variable of more than 32 bits", var.meta.span);
+            };
             image.raw(Section::Vars, bytes, var.name.to_string(), Some(Object::Var(id)));
         }
         for (step, (_, cap)) in &self.timers {
@@ -427,6 +420,12 @@ impl<'a> Plan<'a> {
             );
         }
         Ok(())
+    }
+
+    /// The bit of an edge's operand before the reaction, after the situation and the recorded cases; the next one is its value now.
+    fn edge_bit(&self, edge: usize) -> u16 {
+        let cases: usize = self.net.histories.values().map(|history| history.cases.len()).sum();
+        narrow(self.net.steps.len() + cases + 2 * edge)
     }
 
     /// The maximum number of atomic states that are active together, which is also the maximum number of chosen transitions.
@@ -566,19 +565,17 @@ fn emit(
     ticks: Option<Ticks>,
     lines: &[Line],
 ) -> StyleOutput {
-    let (prefix, upper) = (&names.prefix, &names.upper);
+    let upper = &names.upper;
     let has_fault = net.settings.evolution != Evolution::Single;
-    let mut instance = vec![
-        member("GS_ROM uint8_t *image", "the tables that it runs"),
-        member(&format!("uint8_t bits[{upper}_BITS]"), "situation, histories, edges"),
-        member(&format!("int32_t values[{upper}_VALUES]"), "variables, timers"),
-    ];
+    let loading = Loading { names, room, locals: ["room", "found"] };
+    let mut instance = loading.instance([
+        "the tables that it runs",
+        "situation, histories, edges",
+        "variables, timers",
+    ]);
     if has_fault {
         instance.push(member("bool fault", "the last reaction did not become stable"));
     }
-    let has_out = room.outputs > 0;
-    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
-    let hand = if has_out { ", out" } else { "" };
     let run = |reset: bool| {
         let mut body = vec![
             Node::line(format!("int32_t inputs[{}];", room.inputs.max(1))),
@@ -597,7 +594,10 @@ fn emit(
             ("out", "outputs"),
             ("work", "work"),
             ("chosen", "0U"),
-            ("fresh", "false"),
+            ("cells", "0U"),
+            ("at", "0U"),
+            ("end", "0U"),
+            ("depth", "0U"),
         ] {
             body.push(Node::line(format!("run.{name} = {value};")));
         }
@@ -611,46 +611,10 @@ fn emit(
         body.extend(hand_out(net, names, outputs));
         body
     };
-    let clear = clear_words(names);
-    let mut start = clear.clone();
-    start.push(Node::line("self->image = image;"));
-    // The unused part is cleared too, because instances are compared byte by byte.
-    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
-    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
-    start.extend(run(true));
-    let mut step = clear;
+    let mut reset = clear_words(names);
+    reset.extend(run(true));
+    let mut step = clear_words(names);
     step.extend(run(false));
-    let load = vec![
-        Node::line("gs_room_t room;"),
-        Node::line("uint8_t found;"),
-        Node::line(format!("room.interface = {upper}_INTERFACE;")),
-        Node::line(format!("room.inputs = {}U;", room.inputs)),
-        Node::line(format!("room.outputs = {}U;", room.outputs)),
-        Node::line(format!("room.bits = {upper}_BITS;")),
-        Node::line(format!("room.values = {upper}_VALUES;")),
-        Node::line(format!("room.work = {upper}_WORK;")),
-        Node::line("found = gs_check(image, size, &room);"),
-        Node::when(
-            "found == GS_OK",
-            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
-        ),
-        Node::line("return found;"),
-    ];
-    let load_head = format!(
-        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
-    );
-    let functions = vec![
-        Node::comment("Resets with these tables."),
-        Node::function(
-            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
-            start,
-        ),
-        Node::blank(),
-        Node::function(load_head.clone(), load),
-        Node::blank(),
-    ];
-    let sizes = [("BITS", room.bits), ("VALUES", room.values), ("WORK", room.work.max(1))];
-    let sizes = sizes.map(|(name, size)| (name, format!("{size}U")));
     let values = net
         .vars
         .iter()
@@ -663,19 +627,10 @@ fn emit(
         fault: has_fault.then(|| "self->fault".to_owned()),
         has_fault: has_fault || net.settings.queue.is_some(),
         ticks,
-        functions,
-        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        functions: loading.functions("these tables", reset),
+        init: loading.init(),
         step,
-        engine: Some(Engine {
-            files: &FILES,
-            instructions: None,
-            include: "grafsynth_engine.h",
-            before: macros(names, &sizes, room.interface),
-            declarations: declarations(&load_head),
-            values,
-            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
-            tables: table(names, lines),
-        }),
+        engine: Some(loading.engine(FILES, Machine::Narrow, None, values, lines)),
         ..StyleOutput::default()
     }
 }

@@ -4,21 +4,24 @@
 //! `grafsynth_program.c` runs it. If the program calls an extern condition or action or reaches user text, the engine returns with a
 //! number, `NAME.c` performs the call, and the engine continues: it needs no function pointers.
 
-use super::bytes::{Assembler, MARK, Place, Places};
+use super::bytes::{Assembler, Place, Places};
+use super::check::{Evolution, most_instructions};
 use super::handing::{as_type, clear_words, hand_in, hand_out};
-use super::image::{Line, crc32, narrow};
-use super::instructions::{Evolution, most_instructions};
-use super::{clear_array, member};
+use super::image::{Line, PROGRAM_HEADER, PROGRAM_KIND, VERSION, crc32, narrow};
+use super::loading::Loading;
+use super::ops::Machine;
+use super::room::Room;
+use super::{clear_array, member, size};
 use crate::c::print::{Kind, Node};
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::names::{Names, library, namer};
 use crate::refusal::{Failure, Refusal};
-use crate::style_output::{Engine, StyleOutput, mentions};
+use crate::style_output::{StyleOutput, mentions};
 use crate::times::Ticks;
-use crate::{FileKind, Object, Options, bits};
+use crate::{Object, Options, bits};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::lower::program::{Additions, Marks, ProgramOptions, program_with};
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
 };
@@ -26,28 +29,17 @@ use grafsynth_ir::program::{Expr, Leaf, Origin, Program, expressions};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
-/// The files that are the same for every chart of this kind.
-pub(crate) const FILES: [(FileKind, &str, &str); 3] = [
-    super::IMAGE_HEADER,
-    (FileKind::EngineHeader, "grafsynth_program.h", include_str!("grafsynth_program.h")),
-    (FileKind::EngineSource, "grafsynth_program.c", include_str!("grafsynth_program.c")),
+/// The engine's own files.
+const FILES: [(&str, &str); 2] = [
+    ("grafsynth_program.h", include_str!("grafsynth_program.h")),
+    ("grafsynth_program.c", include_str!("grafsynth_program.c")),
 ];
 
-/// Bytes before the rows of cells.
-const HEADER: usize = 32;
-/// The version of this kind.
-const VERSION: u8 = 1;
-/// The kind number of this image, which distinguishes it from the images of tables.
-const KIND: u8 = 4;
-
 /// The memory that a chart needs, and its parameters.
-struct Room {
-    sizes: [(&'static str, usize); 4],
-    rounds: u64,
+struct Needs {
+    room: Room,
     /// See [`crate::Package::instructions`].
     instructions: Option<u64>,
-    interface: u32,
-    fired: usize,
     sets_fault: bool,
 }
 
@@ -61,8 +53,7 @@ pub(crate) fn program(
     names: &Names,
     options: &Options,
 ) -> Result<StyleOutput, Failure> {
-    let marks = options.trace.map(|_| marks(net));
-    let additions = Additions { marks: marks.as_ref(), ..Additions::default() };
+    let additions = Additions { marks: options.trace.is_some(), ..Additions::default() };
     let program =
         program_with(net, &ProgramOptions::default(), additions).map_err(Failure::Errors)?;
     let ticks = bits::ticks(&program);
@@ -75,18 +66,22 @@ pub(crate) fn program(
     let reaction = assembler.reaction(&eager).map_err(Failure::Refused)?;
     let evolution = assembler.evolution.zip(facts.most_rounds(net));
     let evolution = evolution.map(|(at, it)| Evolution { at, rounds: it.value.into() });
+    let instructions = most_instructions(&reaction, evolution);
+    let fired = if options.trace.is_some() { net.transitions.len() } else { 0 };
     let room = Room {
-        sizes: [
-            ("BITS", places.n_bits.div_ceil(8).max(1)),
-            ("VALUES", places.n_values.max(1)),
-            ("FLAGS", assembler.n_flags.div_ceil(8).max(1)),
-            ("NUMBERS", assembler.n_numbers.max(1)),
-        ],
-        rounds: assembler.rounds,
-        instructions: most_instructions(&reaction, evolution),
+        is_program: true,
         interface: interface(net, &places, ticks),
-        fired: if options.trace.is_some() { net.transitions.len() } else { 0 },
-        sets_fault,
+        inputs: narrow(places.inputs.len()).into(),
+        outputs: narrow(places.outputs.len()).into(),
+        bits: size(places.n_bits.div_ceil(8)),
+        values: size(places.n_values),
+        flags: size(assembler.n_flags.div_ceil(8)),
+        numbers: size(assembler.n_numbers),
+        calls: narrow(places.actions.len()).into(),
+        texts: narrow(places.texts.len()).into(),
+        fired: narrow(fired).into(),
+        rounds: u32::try_from(assembler.rounds).unwrap_or(u32::MAX),
+        ..Room::default()
     };
     let counts = [places.n_bits, places.n_values, assembler.n_flags, assembler.n_numbers];
     let lines = image(&program, &places, counts, room.interface, reset, reaction);
@@ -98,16 +93,8 @@ pub(crate) fn program(
             span: net.name.span,
         }));
     }
-    Ok(emit(net, names, &program, &places, &room, ticks, &lines))
-}
-
-/// Trace marks, as verbatim text with only the number of the mark.
-fn marks(net: &Net) -> Marks {
-    let mark = |text: String| Verbatim { language: MARK.to_owned(), text };
-    Marks {
-        micro_step: mark(String::new()),
-        fires: IdMap::build(&net.transitions, |id, _| mark(id.index().to_string())),
-    }
+    let needs = Needs { room, instructions, sets_fault };
+    Ok(emit(net, names, &program, &places, &needs, ticks, &lines))
 }
 
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
@@ -164,12 +151,12 @@ fn image(
         }
         rows.push(Line { bytes, title: None, note: cell.name.clone(), object: None });
     }
-    let length = HEADER
+    let length = PROGRAM_HEADER
         + rows.iter().map(|row| row.bytes.len()).sum::<usize>()
         + reset.len()
         + reaction.len();
     let mut header = b"GSTB".to_vec();
-    header.extend([VERSION, KIND]);
+    header.extend([VERSION, PROGRAM_KIND]);
     header.extend(narrow(length).to_le_bytes());
     header.extend([0; 4]);
     header.extend(interface.to_le_bytes());
@@ -179,7 +166,7 @@ fn image(
     for count in [rows.len(), reset.len(), reaction.len()] {
         header.extend(narrow(count).to_le_bytes());
     }
-    header.resize(HEADER, 0);
+    header.resize(PROGRAM_HEADER, 0);
     let title = "header: magic, version, kind, length, checksum, interface, numbers of bits, values, flags, numbers, cells, bytes of reset and of reaction";
     let line = |bytes, title| Line { bytes, title: Some(title), note: String::new(), object: None };
     let mut lines = vec![line(header, title)];
@@ -230,51 +217,26 @@ fn emit(
     names: &Names,
     program: &Program,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     ticks: Option<Ticks>,
     lines: &[Line],
 ) -> StyleOutput {
-    let (prefix, upper) = (&names.prefix, &names.upper);
     let locals = Locals::of(net, names);
-    let mut instance = vec![
-        member("GS_ROM uint8_t *image", "the program that it runs"),
-        member(&format!("uint8_t bits[{upper}_BITS]"), "steps, truth values"),
-        member(&format!("int32_t values[{upper}_VALUES]"), "numbers"),
-    ];
-    if room.sets_fault {
+    let loading = Loading { names, room: &needs.room, locals: [&locals.room, &locals.found] };
+    let mut instance =
+        loading.instance(["the program that it runs", "steps, truth values", "numbers"]);
+    if needs.sets_fault {
         instance.push(member(
             "bool fault",
             "the last reaction did not become stable, or a queue was full",
         ));
     }
-    let has_out = !places.outputs.is_empty();
-    let out = if has_out { format!(", {prefix}_out_t *out") } else { String::new() };
-    let hand = if has_out { ", out" } else { "" };
     let mut helpers = Helpers::default();
-    let (mut functions, going) = services(net, names, places, room, &locals, &mut helpers);
-    let reset = reaction(net, names, places, room, ticks, &locals, &going, true);
-    let step = reaction(net, names, places, room, ticks, &locals, &going, false);
-    let mut start = vec![Node::line("self->image = image;")];
-    // The unused part is cleared too, because instances are compared byte by byte.
-    start.push(clear_array(&format!("{upper}_BITS"), "self->bits[i] = 0U;"));
-    start.push(clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
-    start.extend(reset);
-    let load_head = format!(
-        "uint8_t {prefix}_load({prefix}_t *self, GS_ROM uint8_t *image, uint16_t size{out})"
-    );
-    functions.extend([
-        Node::comment("Resets with this program."),
-        Node::function(
-            format!("static void {prefix}_start({prefix}_t *self, GS_ROM uint8_t *image{out})"),
-            start,
-        ),
-        Node::blank(),
-        Node::function(load_head.clone(), load(names, places, room, &locals, hand)),
-        Node::blank(),
-    ]);
-    let mut sizes: Vec<(&str, String)> =
-        room.sizes.iter().map(|(name, size)| (*name, format!("{size}U"))).collect();
-    sizes.push(("ROUNDS", format!("{}UL", room.rounds)));
+    let (mut functions, going) = services(net, names, places, needs, &locals, &mut helpers);
+    let reset = reaction(net, names, places, needs, ticks, &locals, &going, true);
+    let step = reaction(net, names, places, needs, ticks, &locals, &going, false);
+    functions.extend(loading.functions("this program", reset));
+    let values = values(program, places);
     StyleOutput {
         style: "engine with a program",
         instance,
@@ -285,23 +247,14 @@ fn emit(
                 Some(Place::Number(_)) | None => "false".to_owned(),
             }
         }),
-        fault: room.sets_fault.then(|| "self->fault".to_owned()),
+        fault: needs.sets_fault.then(|| "self->fault".to_owned()),
         has_fault: net.settings.evolution != Mode::Single,
         ticks,
         functions,
-        init: vec![Node::line(format!("{prefix}_start(self, {prefix}_tables{hand});"))],
+        init: loading.init(),
         step,
         helpers,
-        engine: Some(Engine {
-            files: &FILES,
-            instructions: room.instructions,
-            include: "grafsynth_program.h",
-            before: super::macros(names, &sizes, room.interface),
-            declarations: super::declarations(&load_head),
-            values: values(program, places),
-            image: lines.iter().flat_map(|line| line.bytes.iter().copied()).collect(),
-            tables: super::table(names, lines),
-        }),
+        engine: Some(loading.engine(FILES, Machine::Wide, needs.instructions, values, lines)),
         ..StyleOutput::default()
     }
 }
@@ -335,7 +288,7 @@ fn services(
     net: &Net,
     names: &Names,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     locals: &Locals,
     helpers: &mut Helpers,
 ) -> (Vec<Node>, Vec<Node>) {
@@ -413,7 +366,7 @@ fn services(
         ));
         service("GP_TEXT", Node::line(format!("{prefix}_text({arguments}{run}->number);")));
     }
-    if room.fired > 0 {
+    if needs.room.fired > 0 {
         service("GP_FIRED", Node::line(format!("{prefix}_fired(self, {run}->number);")));
         service("GP_MICRO", crate::trace::micro_step());
     }
@@ -478,7 +431,7 @@ fn reaction(
     net: &Net,
     names: &Names,
     places: &Places,
-    room: &Room,
+    needs: &Needs,
     ticks: Option<Ticks>,
     locals: &Locals,
     going: &[Node],
@@ -514,6 +467,7 @@ fn reaction(
         ("flags", flags),
         ("numbers", numbers),
         ("dt", if ticks.is_some() && !reset { "dt" } else { "0U" }),
+        ("cells", "0U"),
         ("at", "0U"),
         ("end", "0U"),
         ("number", "0U"),
@@ -525,44 +479,11 @@ fn reaction(
     }
     body.push(Node::line(format!("gp_begin(&{run}, {reset});")));
     body.extend(going.iter().cloned());
-    if room.sets_fault {
+    if needs.sets_fault {
         body.push(Node::line(format!("self->fault = {run}.fault;")));
     }
     body.extend(clear_words(names));
     let given = places.outputs.iter().map(|(id, at)| (*id, format!("{outputs}[{at}]")));
     body.extend(hand_out(net, names, given));
-    body
-}
-
-/// The body of `NAME_load`.
-fn load(names: &Names, places: &Places, room: &Room, locals: &Locals, hand: &str) -> Vec<Node> {
-    let (prefix, upper) = (&names.prefix, &names.upper);
-    let Locals { room: it, found, .. } = locals;
-    let mut body = vec![
-        Node::line(format!("gp_room_t {it};")),
-        Node::line(format!("uint8_t {found};")),
-        Node::line(format!("{it}.interface = {upper}_INTERFACE;")),
-        Node::line(format!("{it}.rounds = {upper}_ROUNDS;")),
-    ];
-    for (name, many) in [
-        ("inputs", places.inputs.len()),
-        ("outputs", places.outputs.len()),
-        ("calls", places.actions.len()),
-        ("texts", places.texts.len()),
-        ("fired", room.fired),
-    ] {
-        body.push(Node::line(format!("{it}.{name} = {many}U;")));
-    }
-    for (name, _) in room.sizes {
-        body.push(Node::line(format!("{it}.{} = {upper}_{name};", name.to_ascii_lowercase())));
-    }
-    body.extend([
-        Node::line(format!("{found} = gp_check(image, size, &{it});")),
-        Node::when(
-            &format!("{found} == GS_OK"),
-            vec![Node::line(format!("{prefix}_start(self, image{hand});"))],
-        ),
-        Node::line(format!("return {found};")),
-    ]);
     body
 }

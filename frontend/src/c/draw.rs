@@ -7,8 +7,9 @@
 //!
 //! Parameters are latched when the macro-step is entered. Every `return` leads to the single exit step of the macro.
 
-use super::flow::{self, Context, Externs, Graph, Names, Next, NodeId, Question};
+use super::flow::{self, Context, Externs, Names, Question};
 use super::frame::{comment_at, frame, globals};
+use super::graph::{Graph, Next, NodeId};
 use super::pieces::{declaration, meta};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::shorten::{self, successors};

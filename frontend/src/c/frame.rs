@@ -6,7 +6,7 @@ use super::pieces::{declaration, meta};
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
 use super::texts::comment_text;
 use super::types::{Scalar, Type};
-use super::{ast, constant, lexer, value};
+use super::{ast, constant, initial, lexer};
 use crate::codes;
 use crate::graf::parser::Findings;
 use grafsynth_ir::chart::{
@@ -308,7 +308,7 @@ fn initial_values(
         (Some(Init::List(all, span)), Some(length)) => {
             let rest: &[u32] = if let Type::Array(_, _, rest) = &var.ty { rest } else { &[] };
             let mut values = Vec::new();
-            value::flatten(all, rest, &mut values);
+            initial::flatten(all, rest, &mut values);
             let n = values.len();
             let mut exprs: Vec<Expr> =
                 values.into_iter().take(length as usize).map(&mut of).collect();

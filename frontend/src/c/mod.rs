@@ -34,6 +34,8 @@ mod directives;
 mod draw;
 mod flow;
 mod frame;
+mod graph;
+mod initial;
 mod lexer;
 mod library;
 mod number;

@@ -101,20 +101,12 @@ fn effects(expr: &Expr, findings: &mut Findings) -> Effects {
             }
             None => found = unordered(&[left, right], findings),
         },
-        ExprKind::Junction(_, _) | ExprKind::Comma(_) | ExprKind::Conditional(..) => {
+        // These have an order, or at most one operand.
+        _ => {
             for operand in expr.operands() {
                 found.add(effects(operand, findings));
             }
         }
-        ExprKind::Number { .. }
-        | ExprKind::Char(_)
-        | ExprKind::Float
-        | ExprKind::Text
-        | ExprKind::SizeofType(_) => {}
-        ExprKind::Unary(_, a)
-        | ExprKind::Deref(a)
-        | ExprKind::AddressOf(a)
-        | ExprKind::Cast(_, a) => found = effects(a, findings),
     }
     found
 }

@@ -8,7 +8,7 @@
 //!                 to the steps before it
 //! ```
 
-use super::flow::{Graph, Next, Node, NodeId};
+use super::graph::{Graph, Next, Node, NodeId};
 use grafsynth_ir::chart::{Expr, Leaf, Stmt, StmtKind};
 use std::collections::{BTreeMap, BTreeSet};
 

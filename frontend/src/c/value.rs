@@ -1,8 +1,8 @@
 //! Translates expressions of C to expressions of the net, and their side effects to statements of the current node.
 
-use super::ast::{BinaryOp, Expr, ExprKind, Init, UnaryOp};
-use super::flow::{CallSite, Flow};
-use super::lexer;
+use super::ast::{BinaryOp, Expr, ExprKind, UnaryOp};
+use super::flow::Flow;
+use super::graph::CallSite;
 use super::number::{Num, Repr, Value};
 use super::operators::loaded;
 use super::resolve::{FunctionId, Home, Program, Reference, VarId};
@@ -16,9 +16,9 @@ use grafsynth_ir::{Name, Span, counted};
 
 /// A target of an assignment.
 pub(super) struct Place {
-    path: Path,
-    index: Option<Num>,
-    ty: Scalar,
+    pub(super) path: Path,
+    pub(super) index: Option<Num>,
+    pub(super) ty: Scalar,
 }
 
 /// The selector of a `switch`.
@@ -125,7 +125,7 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
-    fn store(&mut self, place: &Place, value: &Value, span: Span) {
+    pub(super) fn store(&mut self, place: &Place, value: &Value, span: Span) {
         let raw = self.raw(value, place.ty);
         self.clamped.clear();
         self.assign(
@@ -136,7 +136,12 @@ impl<'s> Flow<'_, 's> {
         );
     }
 
-    fn error(&mut self, span: Span, message: impl FnOnce() -> String, help: &str) -> Value {
+    pub(super) fn error(
+        &mut self,
+        span: Span,
+        message: impl FnOnce() -> String,
+        help: &str,
+    ) -> Value {
         self.findings
             .report(|| Diagnostic::error(codes::C_TYPE, message()).at(span, "").help(help));
         Value::int(0, self.int_type(), span)
@@ -759,78 +764,6 @@ impl<'s> Flow<'_, 's> {
                 if !seen.contains(next) {
                     seen.push(*next);
                     open.push(*next);
-                }
-            }
-        }
-    }
-
-    // Initial values of local arrays
-
-    pub(super) fn init_list(&mut self, var: VarId, all: &'s [Init], span: Span) {
-        let Some(ty) = self.program().vars[var].scalar() else { return };
-        let length = self.program().vars[var].length();
-        let mut values: Vec<Option<&'s Expr>> = Vec::new();
-        match (length, &self.program().vars[var].ty) {
-            (None, _) => {
-                values.extend(all.first().and_then(|one| {
-                    if let Init::One(expr) = one { Some(Some(expr)) } else { None }
-                }))
-            }
-            (Some(length), Type::Array(_, _, rest)) => {
-                flatten(all, rest, &mut values);
-                if values.len() > length as usize {
-                    let n = values.len();
-                    let help = format!("remove values, or declare {n} elements");
-                    self.error(span, || format!("{n} values for {length} elements"), &help);
-                    return;
-                }
-                // Missing values are 0.
-                values.resize(length as usize, None);
-            }
-            (Some(_), _) => {}
-        }
-        for (index, value) in values.into_iter().enumerate() {
-            let value = match value {
-                Some(expr) => self.eval(expr),
-                None => Value::int(0, self.int_type(), span),
-            };
-            let index = length.map(|_| Num::constant(i64::try_from(index).unwrap_or(0), span));
-            let place = Place { path: self.path(var, span), index, ty };
-            self.store(&place, &value, span);
-        }
-    }
-
-    pub(super) fn init_string(&mut self, var: VarId, text: Span) {
-        let (file, source) = (self.program().file, self.program().text);
-        let mut all = lexer::characters(file, source, text, self.findings);
-        let (Some(length), Some(ty)) =
-            (self.program().vars[var].length(), self.program().vars[var].scalar())
-        else {
-            return;
-        };
-        all.resize(length as usize, 0);
-        for (index, value) in all.into_iter().enumerate() {
-            let place = Place {
-                path: self.path(var, text),
-                index: Some(Num::constant(i64::try_from(index).unwrap_or(0), text)),
-                ty,
-            };
-            self.store(&place, &Value::int(value, self.int_type(), text), text);
-        }
-    }
-}
-
-/// Collects the values of nested lists in the order of the elements; `None` for elements that a short row omits.
-pub(super) fn flatten<'s>(all: &'s [Init], rest: &[u32], values: &mut Vec<Option<&'s Expr>>) {
-    for one in all {
-        match one {
-            Init::One(expr) => values.push(Some(expr)),
-            Init::List(inner, _) => {
-                let row: usize = rest.iter().map(|one| *one as usize).product();
-                let begin = values.len();
-                flatten(inner, rest.get(1..).unwrap_or(&[]), values);
-                if values.len() < begin + row {
-                    values.resize(begin + row, None);
                 }
             }
         }

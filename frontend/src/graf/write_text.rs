@@ -97,11 +97,7 @@ impl Text {
             DeclarationKind::Input { ty, .. }
             | DeclarationKind::Output { ty, .. }
             | DeclarationKind::Var { ty, .. } => type_suffix(*ty),
-            DeclarationKind::Event { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::ExternCondition { .. }
-            | DeclarationKind::ExternAction { .. }
-            | DeclarationKind::Const { .. } => String::new(),
+            _ => String::new(),
         };
         let default = parameter
             .default

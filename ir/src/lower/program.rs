@@ -57,11 +57,11 @@ use crate::diag::Diagnostic;
 use crate::expr::Type;
 use crate::net::{
     ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step,
-    StepId, Timer, Transition, Var, Verbatim,
+    StepId, Timer, Transition, Var,
 };
 use crate::plan::{Needs, Ranks};
 use crate::program::{
-    ActionPart, Cell, CellId, Expr, Leaf, Origin, Program, SharedTimer, Stmt, Temp, TempId,
+    ActionPart, Cell, CellId, Expr, Leaf, Mark, Origin, Program, SharedTimer, Stmt, Temp, TempId,
     TempRole, statements,
 };
 use crate::program_run::Machine;
@@ -87,19 +87,10 @@ pub struct ProgramOptions {
 /// The contents of a program in addition to the reaction of the net.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Additions<'a> {
-    /// A mark wherever something fires. Reset has no marks.
-    pub marks: Option<&'a Marks>,
+    /// Adds a [`Mark`] wherever something fires. Reset has no marks.
+    pub marks: bool,
     /// Timers that steps share, from [`shared_timers`].
     pub shared: &'a [SharedTimer],
-}
-
-/// Target-language text at the points where something fires, so that a back end can observe a reaction.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Marks {
-    /// At the start of each micro-step of a stable evolution; a single check needs no such mark.
-    pub micro_step: Verbatim,
-    /// At the point where each transition or reaction fires, before any list of its micro-step runs.
-    pub fires: IdMap<Transition, Verbatim>,
 }
 
 impl Default for ProgramOptions {
@@ -146,7 +137,7 @@ pub fn program_with(
 fn with_reset(mut builder: Builder<'_>, net: &Net, program: &mut Program) {
     // Reset has its own temporaries, over the same cells.
     builder.reset = true;
-    builder.marks = None;
+    builder.marks = false;
     builder.forget_temps();
     let statechart = net.settings.policy.is_statechart();
     let body = if statechart { builder.statechart_reset() } else { builder.grafcet_reset() };
@@ -185,7 +176,7 @@ struct Builder<'a> {
     temps: Arena<Temp>,
     /// The program of the reset is being built: there are no edges and no events.
     reset: bool,
-    marks: Option<&'a Marks>,
+    marks: bool,
     /// Timers that steps share.
     shared: &'a [SharedTimer],
     /// The condition of the evolution loop.
@@ -387,12 +378,11 @@ impl<'a> Builder<'a> {
 
     /// Adds the marks of a micro-step.
     fn mark(&self, fire: &IdMap<Transition, Expr>, out: &mut Vec<Stmt>) {
-        let Some(marks) = self.marks else { return };
-        if self.limit().is_some() {
-            out.push(Stmt::Code(marks.micro_step.clone()));
+        if self.marks && self.limit().is_some() {
+            out.push(Stmt::Mark(Mark::MicroStep));
         }
-        for (id, text) in marks.fires.iter() {
-            when(fire[id].clone(), vec![Stmt::Code(text.clone())], out);
+        for (id, fires) in fire.iter().filter(|_| self.marks) {
+            when(fires.clone(), vec![Stmt::Mark(Mark::Fires(id))], out);
         }
     }
 

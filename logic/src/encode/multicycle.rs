@@ -171,10 +171,9 @@ fn split_pure<'a>(
 
 /// True if the block has no effect outside the reaction.
 fn only_stores(block: &[Stmt]) -> bool {
-    statements(block).all(|stmt| match stmt {
-        Stmt::Set(..) | Stmt::Store(..) | Stmt::If(..) | Stmt::Repeat { .. } => true,
-        Stmt::Output(..) | Stmt::Call(..) | Stmt::Code(_) | Stmt::Fault(_) => false,
-    })
+    use Stmt::{If, Mark, Repeat, Set, Store};
+    statements(block)
+        .all(|stmt| matches!(stmt, Set(..) | Store(..) | If(..) | Repeat { .. } | Mark(_)))
 }
 
 fn calls(block: &[Stmt]) -> BTreeSet<OutputId> {
@@ -267,7 +266,8 @@ impl Exposed {
                 | Stmt::Output(..)
                 | Stmt::Call(..)
                 | Stmt::Fault(_)
-                | Stmt::Code(_) => {
+                | Stmt::Code(_)
+                | Stmt::Mark(_) => {
                     stmt.exprs().for_each(|expr| self.expr(expr));
                 }
             }
@@ -479,7 +479,7 @@ impl<'a> Maker<'a> {
                     }
                     Stmt::Call(output, arguments)
                 }
-                stmt @ (Stmt::Set(..) | Stmt::Store(..) | Stmt::Code(_)) => stmt,
+                stmt @ (Stmt::Set(..) | Stmt::Store(..) | Stmt::Code(_) | Stmt::Mark(_)) => stmt,
             };
             out.push(stmt);
         }

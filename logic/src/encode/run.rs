@@ -102,6 +102,7 @@ impl Encoder<'_> {
                 let site = CallSite { before: self.path, after: self.path_after };
                 self.calls.entry(*output).or_default().push(site);
             }
+            Stmt::Mark(_) => {}
             Stmt::Code(_) => {
                 if self.builder.as_constant(self.path) != Some(false) {
                     self.refuse_code();

@@ -27,7 +27,7 @@ pub(super) fn block(stmts: &[Stmt], other: &impl Fn(Leaf) -> Leaf) -> Vec<Stmt> 
         }
         Stmt::Output(output, value) => Stmt::Output(*output, expr(value)),
         Stmt::Call(output, arguments) => Stmt::Call(*output, arguments.iter().map(expr).collect()),
-        Stmt::Code(text) => Stmt::Code(text.clone()),
+        Stmt::Code(_) | Stmt::Mark(_) => stmt.clone(),
         Stmt::Fault(raised) => Stmt::Fault(expr(raised)),
     };
     stmts.iter().map(one).collect()

@@ -25,19 +25,28 @@ use super::{Plan, member, shown};
 use crate::c::print::{Arm, Kind, Node};
 use crate::names::Names;
 use crate::refusal::Refusal;
-use crate::style_output::{Engine, StyleOutput, with_unused};
+use crate::style_output::{Engine, EngineFile, StyleOutput, with_unused};
 use crate::times::Ticks;
 use crate::{FileKind, Options};
 use grafsynth_ir::net::{Enter, Evolution, Net};
 use grafsynth_ir::{IdMap, Span};
 use rules::Rules;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use tree::{Goal, Tree, goals, steps};
 
 /// The files that are the same for every chart in this layout.
-const FILES: [(FileKind, &str, &str); 2] = [
-    (FileKind::EngineHeader, "grafsynth_btrans.h", include_str!("../grafsynth_btrans.h")),
-    (FileKind::EngineSource, "grafsynth_btrans.c", include_str!("../grafsynth_btrans.c")),
+const FILES: [EngineFile; 2] = [
+    (
+        FileKind::EngineHeader,
+        "grafsynth_btrans.h",
+        Cow::Borrowed(include_str!("../grafsynth_btrans.h")),
+    ),
+    (
+        FileKind::EngineSource,
+        "grafsynth_btrans.c",
+        Cow::Borrowed(include_str!("../grafsynth_btrans.c")),
+    ),
 ];
 
 /// The C type of the rows of a table.
@@ -440,7 +449,8 @@ fn emit(
         init: with_unused(&parameters, run(true)),
         step: run(false),
         engine: Some(Engine {
-            files: &FILES,
+            files: FILES.to_vec(),
+            room: None,
             instructions: None,
             include: "grafsynth_btrans.h",
             before,

@@ -1,25 +1,23 @@
-//! The reaction program as byte code for `grafsynth_program.c`.
+//! The reaction program as code of the wide machine.
 //!
-//! Expressions are postfix on a stack of 64-bit values. Code that is skipped or repeated is *contained* in the instruction before it, which encodes its
-//! length; parts are nested and never overlap. So one pass over the code can check that it stays within its bytes, its stack and its rounds,
-//! and no jump can leave the code.
-//!
-//! The engine's stack and nesting depth are small. Expressions deeper than [`HEIGHT`] are split, and their operands are stored in temporaries of the
+//! The machine's stack and nesting depth are small. Expressions deeper than [`HEIGHT`] are split, and their operands are stored in temporaries of the
 //! reaction; lists deeper than [`LEVELS`] are flattened, with a flag for the branch that was taken.
 
 mod places;
 
 pub(super) use places::{Place, Places};
 
+use super::assemble::{Code, Coded, Encode};
 use super::image::narrow;
+use super::ops::{LOOPS, Machine, Op, STACK};
 use crate::queries::{carriers, is_c};
 use crate::refusal::Refusal;
 use grafsynth_ir::Span;
-use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
 use grafsynth_ir::net::{InputId, Net, OutputId, StepId, TransitionId};
 use grafsynth_ir::program::{
-    CellId, Expr, Leaf, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+    CellId, Expr, Leaf, Mark, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,74 +25,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const HEIGHT: usize = 10;
 /// The maximum depth of nested `if`s.
 const LEVELS: usize = 10;
-/// The size of the engine's stack, which is also the maximum number of call arguments.
-const STACK: usize = 16;
-/// The maximum depth of nested loops.
-const LOOPS: usize = 3;
-/// The language name of a trace ring mark.
-pub(super) const MARK: &str = "\u{0}mark";
-
-/// The instructions, in the order of their codes.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Op {
-    Byte = 0,
-    Long = 1,
-    Wide = 2,
-    Dt = 3,
-    Input = 4,
-    Bit = 5,
-    Value = 6,
-    Flag = 7,
-    Number = 8,
-    Element = 9,
-    Not = 10,
-    Neg = 11,
-    And = 12,
-    Or = 13,
-    Eq = 14,
-    Ne = 15,
-    Lt = 16,
-    Le = 17,
-    Gt = 18,
-    Ge = 19,
-    Add = 20,
-    Sub = 21,
-    Mul = 22,
-    Div = 23,
-    Mod = 24,
-    SetBit = 25,
-    SetValue = 26,
-    SetFlag = 27,
-    SetNumber = 28,
-    SetElement = 29,
-    Output = 30,
-    Fault = 31,
-    Ask = 32,
-    Call = 33,
-    Text = 34,
-    Fired = 35,
-    Micro = 36,
-    Unless = 37,
-    Else = 38,
-    AndThen = 39,
-    OrElse = 40,
-    Loop = 41,
-    While = 42,
-    Again = 43,
-    BitAnd = 44,
-    BitOr = 45,
-    BitXor = 46,
-    Shl = 47,
-    Shr = 48,
-}
-
-/// The number of operand bytes of each instruction.
-pub(super) const OPERANDS: [u8; 49] = [
-    1, 4, 8, 0, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 0,
-    2, 3, 2, 2, 0, 2, 2, 2, 2, 6, 0, 0, 0, 0, 0, 0, 0,
-];
-
-/// Code under construction.
+/// Encodes a program.
 pub(super) struct Assembler<'a> {
     net: &'a Net,
     program: &'a Program,
@@ -114,10 +45,8 @@ pub(super) struct Assembler<'a> {
     step_cells: BTreeMap<StepId, CellId>,
     /// Conditions that are called when first needed, with the flag that records the call.
     lazy: BTreeMap<InputId, usize>,
-    code: Vec<u8>,
+    code: Code,
 }
-
-type Coded<T = ()> = Result<T, Refusal>;
 
 impl<'a> Assembler<'a> {
     pub(super) fn new(
@@ -140,7 +69,7 @@ impl<'a> Assembler<'a> {
             sets_fault,
             step_cells: BTreeMap::new(),
             lazy: BTreeMap::new(),
-            code: Vec::new(),
+            code: Code::default(),
         };
         for (id, cell) in program.cells.iter() {
             if let Origin::Step(step) = cell.origin {
@@ -165,33 +94,33 @@ impl<'a> Assembler<'a> {
         for (id, cell) in self.program.cells.iter() {
             for (index, value) in cell.init.iter().enumerate().filter(|(_, value)| **value != 0) {
                 if cell.len.is_some() {
-                    self.constant(i64::try_from(index).unwrap_or(i64::MAX));
+                    self.code.constant(i64::try_from(index).unwrap_or(i64::MAX));
                 }
-                self.constant(*value);
+                self.code.constant(*value);
                 self.store(id, cell.len.is_some());
             }
         }
         if self.sets_fault && self.program.reset_fault {
-            self.constant(1);
-            self.op(Op::Fault);
+            self.code.constant(1);
+            self.code.op(Op::Fault);
         }
         for (id, number) in &self.places.outputs {
             let value = self.program.reset_outputs.get(id.index()).copied().unwrap_or(0);
             if value != 0 {
-                self.constant(value);
-                self.with(Op::Output, *number);
+                self.code.constant(value);
+                self.code.with(Op::Output, *number);
             }
         }
         for effect in &self.program.reset_effects {
             match effect {
                 ResetEffect::Call(output, values) => {
-                    values.iter().for_each(|value| self.constant(*value));
+                    values.iter().for_each(|value| self.code.constant(*value));
                     self.call(*output, values.len())?;
                 }
                 ResetEffect::Code(text) => self.text(&text.language, &text.text),
             }
         }
-        Ok(std::mem::take(&mut self.code))
+        Ok(std::mem::take(&mut self.code).finish())
     }
 
     /// The code of the reaction; `eager` are the conditions that are called before it.
@@ -200,49 +129,14 @@ impl<'a> Assembler<'a> {
     /// If the engine does not support something in the net.
     pub(super) fn reaction(&mut self, eager: &BTreeSet<InputId>) -> Coded<Vec<u8>> {
         for input in eager {
-            self.with(Op::Ask, self.places.inputs[input]);
+            self.code.with(Op::Ask, self.places.inputs[input]);
         }
         let program = self.program;
         self.list(&program.body, &Context { level: 0, loops: 0, rounds: 1 })?;
-        Ok(std::mem::take(&mut self.code))
+        Ok(std::mem::take(&mut self.code).finish())
     }
 
     // --- pieces ----------------------------------------------------------------------------------------------------------------------------
-
-    fn op(&mut self, op: Op) {
-        self.code.push(op as u8);
-    }
-
-    fn with(&mut self, op: Op, operand: u16) {
-        self.op(op);
-        self.code.extend(operand.to_le_bytes());
-    }
-
-    fn constant(&mut self, value: i64) {
-        if let Ok(byte) = i8::try_from(value) {
-            self.op(Op::Byte);
-            self.code.extend(byte.to_le_bytes());
-        } else if let Ok(long) = i32::try_from(value) {
-            self.op(Op::Long);
-            self.code.extend(long.to_le_bytes());
-        } else {
-            self.op(Op::Wide);
-            self.code.extend(value.to_le_bytes());
-        }
-    }
-
-    /// Emits an instruction that contains code; returns the position of its length.
-    fn open(&mut self, op: Op) -> usize {
-        self.with(op, 0);
-        self.code.len() - 2
-    }
-
-    /// Ends the code that an instruction contains. A length of more than 16 bits makes the image too large, and it is rejected as a
-    /// whole.
-    fn close(&mut self, length_at: usize) {
-        let length = narrow(self.code.len() - length_at - 2);
-        self.code[length_at..length_at + 2].copy_from_slice(&length.to_le_bytes());
-    }
 
     fn new_temp(&mut self, ty: Type) -> usize {
         let count = if ty.is_bool() { &mut self.n_flags } else { &mut self.n_numbers };
@@ -267,23 +161,23 @@ impl<'a> Assembler<'a> {
 
     fn read_temp(&mut self, temp: usize) {
         match self.temps[temp].1 {
-            Place::Bit(at) => self.with(Op::Flag, at),
-            Place::Number(at) => self.with(Op::Number, at),
+            Place::Bit(at) => self.code.with(Op::Flag, at),
+            Place::Number(at) => self.code.with(Op::Number, at),
         }
     }
 
     fn set_temp(&mut self, temp: usize) {
         match self.temps[temp].1 {
-            Place::Bit(at) => self.with(Op::SetFlag, at),
-            Place::Number(at) => self.with(Op::SetNumber, at),
+            Place::Bit(at) => self.code.with(Op::SetFlag, at),
+            Place::Number(at) => self.code.with(Op::SetNumber, at),
         }
     }
 
     fn store(&mut self, cell: CellId, is_element: bool) {
         match self.places.cells[cell] {
-            Place::Bit(at) => self.with(Op::SetBit, at),
-            Place::Number(at) if is_element => self.with(Op::SetElement, at),
-            Place::Number(at) => self.with(Op::SetValue, at),
+            Place::Bit(at) => self.code.with(Op::SetBit, at),
+            Place::Number(at) if is_element => self.code.with(Op::SetElement, at),
+            Place::Number(at) => self.code.with(Op::SetValue, at),
         }
     }
 
@@ -295,20 +189,15 @@ impl<'a> Assembler<'a> {
             });
         }
         let number = self.places.actions.iter().position(|it| *it == output);
-        self.with(Op::Call, narrow(number.unwrap_or_default()));
-        self.code.push(u8::try_from(many).unwrap_or(u8::MAX));
+        let many = u8::try_from(many).unwrap_or(u8::MAX);
+        self.code.call(narrow(number.unwrap_or_default()), many);
         Ok(())
     }
 
     fn text(&mut self, language: &str, text: &str) {
-        if language == MARK {
-            match text.parse() {
-                Ok(transition) => self.with(Op::Fired, transition),
-                Err(_) => self.op(Op::Micro),
-            }
-        } else if is_c(language) {
+        if is_c(language) {
             let number = self.places.texts.iter().position(|it| it == text);
-            self.with(Op::Text, narrow(number.unwrap_or_default()));
+            self.code.with(Op::Text, narrow(number.unwrap_or_default()));
         }
     }
 
@@ -316,32 +205,28 @@ impl<'a> Assembler<'a> {
 
     /// Puts the value of an expression on the stack. Operands that are too deep are first moved into temps, which are added to `kept`; the caller releases
     /// them.
-    fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) {
-        if expr.height() > HEIGHT {
-            let lower = self.lowered(expr.clone(), kept);
-            self.push(&lower);
-        } else {
-            self.push(expr);
-        }
+    fn value(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Coded {
+        let lower = self.low(expr, kept)?;
+        self.push(&lower)
     }
 
     /// Moves operands that are too deep into temps.
-    fn lowered(&mut self, mut expr: Expr, kept: &mut Vec<usize>) -> Expr {
+    fn lowered(&mut self, mut expr: Expr, kept: &mut Vec<usize>) -> Coded<Expr> {
         let span = expr.span;
         for child in expr.children_mut() {
             let operand = std::mem::replace(child, Expr::bool(false));
-            let operand = self.lowered(operand, kept);
+            let operand = self.lowered(operand, kept)?;
             *child = if operand.height() < HEIGHT {
                 operand
             } else {
                 let temp = self.borrow(self.is_bool(&operand));
-                self.push(&operand);
+                self.push(&operand)?;
                 self.set_temp(temp);
                 kept.push(temp);
                 Expr::leaf(Leaf::Temp(temp_id(temp)), span)
             };
         }
-        expr
+        Ok(expr)
     }
 
     fn is_bool(&self, expr: &Expr) -> bool {
@@ -366,105 +251,6 @@ impl<'a> Assembler<'a> {
         }
     }
 
-    fn push(&mut self, expr: &Expr) {
-        match &expr.kind {
-            ExprKind::Bool(value) => self.constant(i64::from(*value)),
-            ExprKind::Int(value) => self.constant(*value),
-            ExprKind::Leaf(leaf) => self.leaf(*leaf),
-            ExprKind::Element(array, index) => {
-                self.push(index);
-                match array {
-                    Leaf::Cell(cell) => match self.places.cells[*cell] {
-                        Place::Number(row) => self.with(Op::Element, row),
-                        Place::Bit(_) => unreachable!("an array is not a bit"),
-                    },
-                    Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => {
-                        unreachable!("only cells are arrays")
-                    }
-                }
-            }
-            ExprKind::Not(a) => {
-                self.push(a);
-                self.op(Op::Not);
-            }
-            ExprKind::Neg(a) => {
-                self.push(a);
-                self.op(Op::Neg);
-            }
-            ExprKind::And(all) => self.junction(all, Op::And, Op::AndThen, 1),
-            ExprKind::Or(all) => self.junction(all, Op::Or, Op::OrElse, 0),
-            ExprKind::Compare(op, a, b) => {
-                self.push(a);
-                self.push(b);
-                self.op(match op {
-                    CompareOp::Eq => Op::Eq,
-                    CompareOp::Ne => Op::Ne,
-                    CompareOp::Lt => Op::Lt,
-                    CompareOp::Le => Op::Le,
-                    CompareOp::Gt => Op::Gt,
-                    CompareOp::Ge => Op::Ge,
-                });
-            }
-            ExprKind::Arith(op, a, b) => {
-                self.push(a);
-                self.push(b);
-                self.op(match op {
-                    ArithOp::Add => Op::Add,
-                    ArithOp::Sub => Op::Sub,
-                    ArithOp::Mul => Op::Mul,
-                    ArithOp::Div => Op::Div,
-                    ArithOp::Mod => Op::Mod,
-                    ArithOp::BitAnd => Op::BitAnd,
-                    ArithOp::BitOr => Op::BitOr,
-                    ArithOp::BitXor => Op::BitXor,
-                    ArithOp::Shl => Op::Shl,
-                    ArithOp::Shr => Op::Shr,
-                });
-            }
-            ExprKind::Select(c, a, b) => {
-                self.push(c);
-                let unless = self.open(Op::Unless);
-                self.push(a);
-                let other = self.open(Op::Else);
-                self.close(unless);
-                self.push(b);
-                self.close(other);
-            }
-        }
-    }
-
-    /// Emits a conjunction or disjunction. Operands other than leaves are skipped if the result is already known; none has a side effect.
-    fn junction(&mut self, all: &[Expr], both: Op, then: Op, none: i64) {
-        let Some((first, rest)) = all.split_first() else { return self.constant(none) };
-        self.push(first);
-        for operand in rest {
-            if operand.children().next().is_none() {
-                self.push(operand);
-                self.op(both);
-            } else {
-                let held = self.open(then);
-                self.push(operand);
-                self.close(held);
-            }
-        }
-    }
-
-    fn leaf(&mut self, leaf: Leaf) {
-        match leaf {
-            Leaf::Cell(cell) => match self.places.cells[cell] {
-                Place::Bit(at) => self.with(Op::Bit, at),
-                Place::Number(at) => self.with(Op::Value, at),
-            },
-            Leaf::Temp(temp) => self.read_temp(temp.index()),
-            Leaf::Input(input) => match self.places.inputs.get(&input) {
-                Some(at) => self.with(Op::Input, *at),
-                // An internal event is raised inside the chart, never from outside.
-                None => self.constant(0),
-            },
-            Leaf::Dt => self.op(Op::Dt),
-        }
-    }
-
     // --- statements ------------------------------------------------------------------------------------------------------------------------
 
     fn list(&mut self, list: &[Stmt], around: &Context) -> Coded {
@@ -481,37 +267,30 @@ impl<'a> Assembler<'a> {
                 } else {
                     Vec::new()
                 };
-                self.ask(&[value], &Expr::and(when));
-                self.value(value, &mut kept);
+                self.ask(&[value], &Expr::and(when))?;
+                self.value(value, &mut kept)?;
                 self.set_temp(temp.index());
             }
             Stmt::Store(cell, index, value) => {
                 let mentioned: Vec<&Expr> = index.iter().chain([value]).collect();
-                self.ask(&mentioned, &Expr::bool(true));
+                self.ask(&mentioned, &Expr::bool(true))?;
                 let is_element = index.is_some();
                 let all = index.iter().chain([value]);
-                let lower: Vec<Expr> = all.map(|it| self.low(it, &mut kept)).collect();
-                lower.iter().for_each(|it| self.push(it));
+                let lower = all.map(|it| self.low(it, &mut kept)).collect::<Coded<Vec<Expr>>>()?;
+                lower.iter().try_for_each(|it| self.push(it))?;
                 self.store(*cell, is_element);
             }
             Stmt::If(condition, then, otherwise) => {
-                self.ask(&[condition], &Expr::bool(true));
+                self.ask(&[condition], &Expr::bool(true))?;
                 if around.level >= LEVELS {
                     self.flat(condition, then, otherwise, around)?;
                 } else {
-                    self.value(condition, &mut kept);
+                    self.value(condition, &mut kept)?;
                     self.give_back(std::mem::take(&mut kept));
                     let inner = Context { level: around.level + 1, ..*around };
-                    let unless = self.open(Op::Unless);
-                    self.list(then, &inner)?;
-                    if otherwise.is_empty() {
-                        self.close(unless);
-                    } else {
-                        let other = self.open(Op::Else);
-                        self.close(unless);
-                        self.list(otherwise, &inner)?;
-                        self.close(other);
-                    }
+                    let other = |it: &mut Self| it.list(otherwise, &inner);
+                    let other = (!otherwise.is_empty()).then_some(other);
+                    self.choose(|it| it.list(then, &inner), other)?;
                 }
             }
             Stmt::Repeat { limit, condition, body } => {
@@ -520,34 +299,36 @@ impl<'a> Assembler<'a> {
                 }
             }
             Stmt::Output(output, value) => {
-                self.ask(&[value], &self.carriers(*output, value));
-                let value = self.fitted(value, self.net.outputs[*output].ty, &mut kept);
-                self.push(&value);
+                self.ask(&[value], &self.carriers(*output, value))?;
+                let value = self.fitted(value, self.net.outputs[*output].ty, &mut kept)?;
+                self.push(&value)?;
                 if let Some(number) = self.places.outputs.get(output) {
-                    self.with(Op::Output, *number);
+                    self.code.with(Op::Output, *number);
                 }
             }
             Stmt::Call(output, arguments) => {
                 let mentioned: Vec<&Expr> = arguments.iter().collect();
-                self.ask(&mentioned, &Expr::bool(true));
+                self.ask(&mentioned, &Expr::bool(true))?;
                 // The stack is reserved for the arguments, so nested operands are moved into temps first.
                 let mut lower = Vec::new();
                 for argument in arguments {
-                    let value = self.low(argument, &mut kept);
+                    let value = self.low(argument, &mut kept)?;
                     lower.push(if value.children().next().is_some() {
-                        self.keep(&value, &mut kept)
+                        self.keep(&value, &mut kept)?
                     } else {
                         value
                     });
                 }
-                lower.iter().for_each(|it| self.push(it));
+                lower.iter().try_for_each(|it| self.push(it))?;
                 self.call(*output, lower.len())?;
             }
             Stmt::Code(text) => self.text(&text.language, &text.text),
+            Stmt::Mark(Mark::MicroStep) => self.code.op(Op::Micro),
+            Stmt::Mark(Mark::Fires(id)) => self.code.with(Op::Fired, narrow(id.index())),
             Stmt::Fault(value) => {
                 if self.sets_fault {
-                    self.value(value, &mut kept);
-                    self.op(Op::Fault);
+                    self.value(value, &mut kept)?;
+                    self.code.op(Op::Fault);
                 }
             }
         }
@@ -570,19 +351,16 @@ impl<'a> Assembler<'a> {
         {
             self.evolution = Some(self.code.len());
         }
-        self.op(Op::Loop);
-        self.code.extend(limit.to_le_bytes());
-        self.code.extend([0, 0]);
-        let length_at = self.code.len() - 2;
+        let round = self.code.open_loop(limit);
         let mut kept = Vec::new();
         if !condition.is_true() {
-            self.value(condition, &mut kept);
-            self.op(Op::While);
+            self.value(condition, &mut kept)?;
+            self.code.op(Op::While);
         }
         self.give_back(kept);
         self.list(body, &inner)?;
-        self.op(Op::Again);
-        self.close(length_at);
+        self.code.op(Op::Again);
+        self.code.close(round);
         Ok(())
     }
 
@@ -595,7 +373,7 @@ impl<'a> Assembler<'a> {
         around: &Context,
     ) -> Coded {
         let (yes, no) = (self.borrow(true), self.borrow(true));
-        self.decide(condition, yes, no);
+        self.decide(condition, yes, no)?;
         self.on_the_way(yes, then, around)?;
         self.on_the_way(no, otherwise, around)?;
         self.give_back(vec![yes, no]);
@@ -603,14 +381,15 @@ impl<'a> Assembler<'a> {
     }
 
     /// Emits code that sets the flag of the branch that is taken: `yes` or `no`.
-    fn decide(&mut self, condition: &Expr, yes: usize, no: usize) {
+    fn decide(&mut self, condition: &Expr, yes: usize, no: usize) -> Coded {
         let mut kept = Vec::new();
-        self.value(condition, &mut kept);
+        self.value(condition, &mut kept)?;
         self.give_back(kept);
         self.set_temp(yes);
         self.read_temp(yes);
-        self.op(Op::Not);
+        self.code.op(Op::Not);
         self.set_temp(no);
+        Ok(())
     }
 
     fn on_the_way(&mut self, way: usize, list: &[Stmt], around: &Context) -> Coded {
@@ -619,49 +398,49 @@ impl<'a> Assembler<'a> {
                 // The inner branches are not taken if this one is not.
                 let (yes, no) = (self.borrow(true), self.borrow(true));
                 for flag in [yes, no] {
-                    self.constant(0);
+                    self.code.constant(0);
                     self.set_temp(flag);
                 }
                 self.read_temp(way);
-                let held = self.open(Op::Unless);
-                self.ask(&[condition], &Expr::bool(true));
-                self.decide(condition, yes, no);
-                self.close(held);
+                let held = self.code.open(Op::Unless);
+                self.ask(&[condition], &Expr::bool(true))?;
+                self.decide(condition, yes, no)?;
+                self.code.close(held);
                 self.on_the_way(yes, then, around)?;
                 self.on_the_way(no, otherwise, around)?;
                 self.give_back(vec![yes, no]);
             } else {
                 self.read_temp(way);
-                let held = self.open(Op::Unless);
+                let held = self.code.open(Op::Unless);
                 self.stmt(stmt, around)?;
-                self.close(held);
+                self.code.close(held);
             }
         }
         Ok(())
     }
 
     /// The expression, changed so that it is not too deep.
-    fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
-        if expr.height() > HEIGHT { self.lowered(expr.clone(), kept) } else { expr.clone() }
+    fn low(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Coded<Expr> {
+        if expr.height() > HEIGHT { self.lowered(expr.clone(), kept) } else { Ok(expr.clone()) }
     }
 
-    fn keep(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Expr {
+    fn keep(&mut self, expr: &Expr, kept: &mut Vec<usize>) -> Coded<Expr> {
         let temp = self.borrow(self.is_bool(expr));
-        self.push(expr);
+        self.push(expr)?;
         self.set_temp(temp);
         kept.push(temp);
-        Expr::leaf(Leaf::Temp(temp_id(temp)), expr.span)
+        Ok(Expr::leaf(Leaf::Temp(temp_id(temp)), expr.span))
     }
 
     /// A value clamped to the range of a type.
-    fn fitted(&mut self, value: &Expr, ty: Type, kept: &mut Vec<usize>) -> Expr {
+    fn fitted(&mut self, value: &Expr, ty: Type, kept: &mut Vec<usize>) -> Coded<Expr> {
         let own = type_of(value, &mut |leaf| self.leaf_type(leaf));
         let ((lo, hi), bounds) = (ty.bounds(), own.map(Type::bounds));
-        let value = self.low(value, kept);
+        let value = self.low(value, kept)?;
         if ty.is_bool() || bounds.is_ok_and(|(a, b)| lo <= a && b <= hi) {
-            return value;
+            return Ok(value);
         }
-        let value = self.keep(&value, kept);
+        let value = self.keep(&value, kept)?;
         let choose = |op, bound: i64, other: Expr| {
             let condition = Expr::compare(op, value.clone(), Expr::int(bound));
             let kind =
@@ -669,7 +448,7 @@ impl<'a> Assembler<'a> {
             Expr::new(kind, Span::default())
         };
         let below = choose(CompareOp::Lt, lo, value.clone());
-        choose(CompareOp::Gt, hi, below)
+        Ok(choose(CompareOp::Gt, hi, below))
     }
 
     // --- extern conditions -----------------------------------------------------------------------------------------------------------------
@@ -695,22 +474,63 @@ impl<'a> Assembler<'a> {
     }
 
     /// If `when` is true, calls the conditions that expressions mention and that were not called yet.
-    fn ask(&mut self, expressions: &[&Expr], when: &Expr) {
+    fn ask(&mut self, expressions: &[&Expr], when: &Expr) -> Coded {
         if self.lazy.is_empty() {
-            return;
+            return Ok(());
         }
         let mentioned: BTreeSet<InputId> =
             (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).collect();
         for input in mentioned {
             let Some(flag) = self.lazy.get(&input).copied() else { continue };
             let asked = Expr::leaf(Leaf::Temp(temp_id(flag)), Span::default());
-            self.push(&Expr::and([when.clone(), asked.not()]));
-            let held = self.open(Op::Unless);
-            self.constant(1);
+            self.push(&Expr::and([when.clone(), asked.not()]))?;
+            let held = self.code.open(Op::Unless);
+            self.code.constant(1);
             self.set_temp(flag);
-            self.with(Op::Ask, self.places.inputs[&input]);
-            self.close(held);
+            self.code.with(Op::Ask, self.places.inputs[&input]);
+            self.code.close(held);
         }
+        Ok(())
+    }
+}
+
+impl Encode<Leaf> for Assembler<'_> {
+    const MACHINE: Machine = Machine::Wide;
+
+    fn code(&mut self) -> &mut Code {
+        &mut self.code
+    }
+
+    fn fits(&self, _: &Expr) -> Coded {
+        Ok(())
+    }
+
+    fn leaf(&mut self, leaf: &Leaf, _: Span) -> Coded {
+        match *leaf {
+            Leaf::Cell(cell) => match self.places.cells[cell] {
+                Place::Bit(at) => self.code.with(Op::Bit, at),
+                Place::Number(row) => self.code.with(Op::Value, self.places.first(row)),
+            },
+            Leaf::Temp(temp) => self.read_temp(temp.index()),
+            Leaf::Input(input) => match self.places.inputs.get(&input) {
+                Some(at) => self.code.with(Op::Input, *at),
+                // An internal event is raised inside the chart, never from outside.
+                None => self.code.constant(0),
+            },
+            Leaf::Dt => self.code.op(Op::Dt),
+        }
+        Ok(())
+    }
+
+    fn element(&mut self, array: &Leaf, _: Span) -> Coded {
+        match *array {
+            Leaf::Cell(cell) => match self.places.cells[cell] {
+                Place::Number(row) => self.code.with(Op::Element, row),
+                Place::Bit(_) => unreachable!("an array is not a bit"),
+            },
+            Leaf::Temp(_) | Leaf::Input(_) | Leaf::Dt => unreachable!("only cells are arrays"),
+        }
+        Ok(())
     }
 }
 

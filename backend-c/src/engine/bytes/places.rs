@@ -37,6 +37,11 @@ pub(in crate::engine) struct Places {
 }
 
 impl Places {
+    /// The index of a row's first number in the instance.
+    pub(in crate::engine) fn first(&self, row: u16) -> u16 {
+        self.rows.get(usize::from(row)).map_or(0, |(_, first, _)| narrow(*first))
+    }
+
     /// Assigns all locations. Steps come first, in declaration order, so that an unrelated edit moves little.
     pub(in crate::engine) fn of(net: &Net, program: &Program) -> Self {
         let (mut n_bits, mut n_values) = (0, 0);

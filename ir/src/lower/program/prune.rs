@@ -167,7 +167,7 @@ impl Renamed {
                         arguments.iter().map(|argument| self.expr(argument)).collect(),
                     ));
                 }
-                Stmt::Code(text) => out.push(Stmt::Code(text)),
+                stmt @ (Stmt::Code(_) | Stmt::Mark(_)) => out.push(stmt),
                 Stmt::Fault(value) => out.push(Stmt::Fault(self.expr(&value))),
             }
         }

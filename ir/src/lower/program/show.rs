@@ -90,6 +90,7 @@ impl Writer<'_> {
                     self.line(depth, &text);
                 }
                 Stmt::Code(text) => self.line(depth, &format!("code {}", text.language)),
+                Stmt::Mark(mark) => self.line(depth, &format!("mark {mark:?}")),
                 Stmt::Fault(value) => {
                     let text = format!("fault = {}", self.expr(value));
                     self.line(depth, &text);
