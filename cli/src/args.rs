@@ -569,6 +569,9 @@ pub(crate) struct Compare {
     /// Test two designs on random reactions only.
     #[arg(long)]
     pub(crate) no_proof: bool,
+    /// Map of C that `build` emitted and somebody edited (default: STEM.map.json beside STEM.c).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<String>,
     /// Run only these engines, comma-separated (default: all but the microcontrollers; `list` lists them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
@@ -689,7 +692,7 @@ pub(crate) fn command() -> clap::Command {
 /// The help for the files of `compare`.
 const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. One file, or one folder: run \
                         each design on several engines. Several files: compare the first with each of the others, in the columns that both have. Two folders: compare the \
-                        charts with the same name. `--board` and `--assert` apply to the first design, the other input options to all";
+                        charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
 
 /// The examples at the end of a verb's help, by verb.
 const EXAMPLES: [(&str, &str); 12] = [
@@ -717,6 +720,7 @@ const EXAMPLES: [(&str, &str); 12] = [
     (
         "compare",
         "  grafsynth compare old.graf new.graf --trace run.csv  # prove them equal, or show the shortest difference
+  grafsynth compare plant.graf out/plant.c  # C from `build`, after somebody edited it: prove it equal to the chart, or show a difference
   grafsynth compare lamp.graf --random 10000  # the chart, its C, equations, fuses and Verilog",
     ),
     (

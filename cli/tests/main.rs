@@ -2,6 +2,7 @@
 
 mod case_files;
 mod counterexamples;
+mod edited_c;
 mod empty;
 mod exit_codes;
 mod fixes;

@@ -1,6 +1,7 @@
 //! The proof of emitted C by induction: the text of a package is read for each kind of machine, and one reaction of it is compared with the net.
 
 use grafsynth_backend_c::Package;
+use grafsynth_c::tree::Unit;
 use grafsynth_c::{Config, Input, parse};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
@@ -9,7 +10,7 @@ use grafsynth_verify::Limits;
 use grafsynth_verify::c_code::{Induction, prove};
 
 /// The machines: a 64-bit host, an AVR, whose `int` has 16 bits, and a 32-bit ARM, whose `long` has 32 bits and whose `char` is unsigned.
-fn machines() -> [Config; 3] {
+pub(crate) fn machines() -> [Config; 3] {
     let mut arm = Config::host().define("__arm__", "1");
     arm.name = "arm";
     arm.machine.long_bits = 32;
@@ -30,19 +31,34 @@ pub fn prove_c(
     package: &Package,
     limits: &Limits,
 ) -> Result<Induction, String> {
+    let mut proved = Induction::default();
+    for config in machines() {
+        let unit = unit_of(package, &config)?;
+        proved = prove_unit(net, facts, package, &unit, limits)?;
+    }
+    Ok(proved)
+}
+
+/// Proves one tree of a package.
+pub(crate) fn prove_unit(
+    net: &Valid<Net>,
+    facts: &Facts,
+    package: &Package,
+    unit: &Unit,
+    limits: &Limits,
+) -> Result<Induction, String> {
     let Some(hint) = &package.representation else {
         return Err(format!("the style `{}` is not covered by the induction", package.style));
     };
+    prove(net, facts, unit, hint, limits)
+}
+
+/// The tree of a package for a machine.
+pub(crate) fn unit_of(package: &Package, config: &Config) -> Result<Unit, String> {
     let files = package.sources();
-    let mut proved = Induction::default();
-    for config in machines() {
-        let input = Input { files: &files, verbatim: &[], readers: &[], config: &config };
-        let (unit, found) = parse(&input);
-        let Some(unit) = unit else {
-            let why = found.into_iter().next().map_or_else(String::new, |it| it.message);
-            return Err(format!("the text is not C that can be read: {why}"));
-        };
-        proved = prove(net, facts, &unit, hint, limits)?;
-    }
-    Ok(proved)
+    let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config });
+    unit.ok_or_else(|| {
+        let why = found.into_iter().next().map_or_else(String::new, |it| it.message);
+        format!("the text is not C that can be read: {why}")
+    })
 }

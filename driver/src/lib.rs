@@ -19,6 +19,7 @@
 
 pub mod automaton;
 mod built;
+mod c_map;
 pub mod c_proof;
 pub mod certify;
 mod circuit;
@@ -30,6 +31,7 @@ mod context;
 pub mod convert;
 mod design;
 pub mod diff;
+pub mod edited_c;
 pub mod evidence;
 mod fit_advice;
 pub mod forms;

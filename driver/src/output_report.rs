@@ -93,6 +93,13 @@ pub enum OutputProof {
         /// The test of the compiled text, or the reason why there was none.
         ran: Result<Tested, OpenReason>,
     },
+    /// The same of edited text, which was not compiled.
+    Edited {
+        /// The size of the proof.
+        induction: Induction,
+        /// The test of the tree, or the reason why there was none.
+        ran: Result<Tested, OpenReason>,
+    },
 }
 
 /// The difference between an output and the net.
@@ -298,6 +305,8 @@ pub enum Note {
     NoStyle,
     /// The C differs from the chart, and contains code of the chart's author, which was trusted.
     TrustedCode,
+    /// Functions of the text that a proof does not cover.
+    NotCompared(Vec<String>),
     /// A remark of an external tool.
     Remark(String),
 }
@@ -323,6 +332,7 @@ impl Note {
             Note::OtherStyle { .. } => "other-style",
             Note::NoStyle => "no-style",
             Note::TrustedCode => "trusted-code",
+            Note::NotCompared(_) => "not-compared",
             Note::Remark(_) => "remark",
         }
     }
@@ -348,6 +358,7 @@ impl Note {
             | Note::OtherStyle { .. }
             | Note::NoStyle
             | Note::TrustedCode
+            | Note::NotCompared(_)
             | Note::Remark(_) => Outcome::Proved,
         }
     }
@@ -367,7 +378,7 @@ impl OutputProof {
             OutputProof::Rebuilt(_) => "equal-circuits",
             OutputProof::Bitstream(_) => "equal-bitstream",
             OutputProof::Run { .. } => "enumeration",
-            OutputProof::Text { .. } => "induction",
+            OutputProof::Text { .. } | OutputProof::Edited { .. } => "induction",
         }
     }
 }
@@ -381,6 +392,7 @@ impl std::fmt::Display for Note {
             | Note::Form(text)
             | Note::Remark(text) => f.write_str(text),
             Note::Emergency(found) => write!(f, "{found}"),
+            Note::NotCompared(names) => write!(f, "not compared: {}", names.join(", ")),
             Note::PinMoved(moved) => write!(f, "{moved}"),
             Note::NotSafe(why) => write!(f, "not proved safe: {why}"),
             Note::PinsOpen(advice) if advice.is_empty() => {
@@ -551,6 +563,13 @@ impl std::fmt::Display for OutputProof {
                 match ran {
                     Ok(tested) => write!(f, "; compiled and {tested}"),
                     Err(why) => write!(f, "; not compiled: {why}"),
+                }
+            }
+            OutputProof::Edited { induction, ran } => {
+                write!(f, "{induction}, {}", Scope::EveryStimulus)?;
+                match ran {
+                    Ok(tested) => write!(f, "; executed without a compiler and {tested}"),
+                    Err(why) => write!(f, "; not executed: {why}"),
                 }
             }
         }

@@ -9,7 +9,8 @@
 //! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, the first values beyond counters of 8 and 16
 //! bits, and the largest `dt`. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
-use crate::explorer::{Difference, Explorer, Instance, Start, Trouble, differs, push};
+use crate::explorer::{Difference, Explorer, Instance, Runner, Start, Trouble, differs, push};
+pub use crate::interpreted::Text;
 use crate::unread_inputs::unread_inputs;
 use crate::{tested, tools};
 use grafsynth_backend_c::Package;
@@ -17,6 +18,7 @@ use grafsynth_driver::report::{
     Note, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
 };
 use grafsynth_driver::rows;
+use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{InputId, InputKind, Net};
 use grafsynth_ir::{FileId, Valid};
 use grafsynth_sim::{
@@ -32,6 +34,10 @@ const MAX_ROWS: usize = 1 << 12;
 const MAX_REACTIONS: u64 = 400_000;
 /// The same for a text that is proved, where the run is only a test of the proof and of the compiler.
 const FEW_REACTIONS: u64 = 20_000;
+/// The numbers of reactions of a text that is executed from its tree: from reset on, random ones, and random ones of a proved text, which are a test of the proof.
+const FEW_EXECUTED: u64 = 2_000;
+const EXECUTED: usize = 4_000;
+const EXECUTED_PROVED: usize = 200;
 /// The maximum number of additional reactions for a proof that covers every `dt`.
 const MAX_TICKS: u64 = 1_000_000;
 /// Tick counts that do not fit in counters of 8 and 16 bits, and the maximum for a signed counter of 32 bits.
@@ -65,6 +71,60 @@ pub fn check(
     Ok(report)
 }
 
+/// Compares edited C with its net without compiling it: its tree is executed, in few states from reset on and in directed random reactions. This can refute the text,
+/// also against a proof, but not prove it.
+#[must_use]
+pub fn check_text(
+    name: &str,
+    net: &Valid<Net>,
+    package: &Package,
+    text: &Text<'_>,
+    read: Result<Induction, OpenReason>,
+) -> OutputReport {
+    let interface = Representation { state: Vec::new(), ..text.hint.clone() };
+    let runner = Runner::Tree(text, &interface);
+    let verdict = match executed(net, package, text.limits, runner, read.clone()) {
+        Ok(verdict) => verdict,
+        Err(Trouble::Chart(why)) => OutputVerdict::Refuted(OutputFault::NoAnswer(why)),
+        Err(Trouble::Machine(why) | Trouble::Compiler(why)) => match read {
+            Ok(induction) => {
+                let ran = Err(OpenReason::ToolFailed(why));
+                OutputVerdict::Proved(OutputProof::Edited { induction, ran })
+            }
+            Err(reason) => {
+                let reasons = vec![reason, OpenReason::ToolFailed(why)];
+                OutputVerdict::Open(Open { reasons, tested: None })
+            }
+        },
+    };
+    OutputReport::new(name, verdict)
+}
+
+fn executed(
+    net: &Valid<Net>,
+    package: &Package,
+    limits: &Limits,
+    runner: Runner<'_>,
+    read: Result<Induction, OpenReason>,
+) -> Result<OutputVerdict, Trouble> {
+    if read.is_err()
+        && let Proof::Verdict(OutputVerdict::Refuted(fault)) =
+            proof(net, package, limits, runner, FEW_EXECUTED)?
+    {
+        return Ok(OutputVerdict::Refuted(fault));
+    }
+    let reactions = if read.is_ok() { EXECUTED_PROVED } else { EXECUTED };
+    Ok(match (tested::run(net, package, runner, 1, reactions)?, read) {
+        (tested::Answer::Different(found), _) => refuted(net, package, runner, found),
+        (tested::Answer::Equal(tested), Ok(induction)) => {
+            OutputVerdict::Proved(OutputProof::Edited { induction, ran: Ok(tested) })
+        }
+        (tested::Answer::Equal(tested), Err(why)) => {
+            OutputVerdict::Open(Open { reasons: vec![why], tested: Some(tested) })
+        }
+    })
+}
+
 /// The verdict on a text that cannot be compiled and run here.
 fn not_run(read: Result<Induction, OpenReason>, why: OpenReason) -> OutputVerdict {
     match read {
@@ -85,13 +145,13 @@ fn verdict(
     let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
     let mut reasons = Vec::new();
     if read != Err(OpenReason::NotAsked) {
-        match proof(net, package, limits, reactions)? {
+        match proof(net, package, limits, Runner::Compiled, reactions)? {
             Proof::Verdict(verdict) => return Ok(verdict),
             Proof::None(reason) => reasons.push(reason),
         }
     }
-    Ok(match (tested::run(net, package, 1)?, read) {
-        (tested::Answer::Different(found), _) => refuted(net, package, found),
+    Ok(match (tested::run(net, package, Runner::Compiled, 1, tested::REACTIONS)?, read) {
+        (tested::Answer::Different(found), _) => refuted(net, package, Runner::Compiled, found),
         (tested::Answer::Equal(tested), Ok(induction)) => {
             OutputVerdict::Proved(OutputProof::Text { induction, ran: Ok(tested) })
         }
@@ -102,8 +162,13 @@ fn verdict(
     })
 }
 
-fn refuted(net: &Valid<Net>, package: &Package, found: Difference) -> OutputVerdict {
-    let trace = trace(net, package, &found);
+fn refuted(
+    net: &Valid<Net>,
+    package: &Package,
+    runner: Runner<'_>,
+    found: Difference,
+) -> OutputVerdict {
+    let trace = trace(net, package, runner, &found);
     let Difference { path, cell } = found;
     OutputVerdict::Refuted(OutputFault::Row(Box::new(RowFault {
         stimulus: Stimulus::of_rows(net, &path),
@@ -116,8 +181,13 @@ fn refuted(net: &Valid<Net>, package: &Package, found: Difference) -> OutputVerd
 }
 
 /// The trace of the compiled chart on the path to a difference, run from reset. `None` if it cannot be run again, or does not show the same difference then.
-fn trace(net: &Valid<Net>, package: &Package, found: &Difference) -> Option<Trace> {
-    let mut started = Explorer::start(net, package).ok()?;
+fn trace(
+    net: &Valid<Net>,
+    package: &Package,
+    runner: Runner<'_>,
+    found: &Difference,
+) -> Option<Trace> {
+    let mut started = Explorer::start(net, package, runner).ok()?;
     let layout = TraceLayout::of(net);
     let mut csv = format!("{}{}\n", Trace::new(layout.clone()).to_csv(), started.row);
     let mut questions = String::new();
@@ -167,6 +237,7 @@ fn proof(
     net: &Valid<Net>,
     package: &Package,
     limits: &Limits,
+    runner: Runner<'_>,
     reactions: u64,
 ) -> Result<Proof, Trouble> {
     let unread = unread_inputs(net, package);
@@ -182,7 +253,7 @@ fn proof(
     };
     let bound = limits.pairs.min(reactions);
     let ticks = if reactions < MAX_REACTIONS { reactions } else { MAX_TICKS };
-    let started = Explorer::start(net, package)?;
+    let started = Explorer::start(net, package, runner)?;
     let mut search = Search {
         net,
         layout: TraceLayout::of(net),
@@ -207,7 +278,7 @@ fn proof(
             Proof::None(OpenReason::RunOnlyFor { scope, states: states as u64, reactions })
         }
         Explored::TooMany { states, limit } => Proof::None(OpenReason::Pairs { limit, states }),
-        Explored::Different(found) => Proof::Verdict(refuted(net, package, found)),
+        Explored::Different(found) => Proof::Verdict(refuted(net, package, runner, found)),
     })
 }
 
@@ -227,7 +298,7 @@ struct Search<'n> {
     layout: TraceLayout,
     thresholds: Thresholds,
     simulator: Simulator<'n>,
-    explorer: Explorer,
+    explorer: Explorer<'n>,
     /// All combinations of inputs.
     inputs: Vec<InputRow>,
     is_timed: bool,
@@ -319,8 +390,10 @@ impl Search<'_> {
                 let ticks = self.ticks(from, which);
                 let cost = ticks.len() as u64 * self.inputs.len() as u64;
                 if self.reactions + asked.len() as u64 + cost > bound {
+                    // What was requested so far may already show a difference.
+                    let found = self.batch(&asked, &questions)?;
                     let states = self.order.len();
-                    return Ok(Some(Explored::TooMany { states, limit: bound }));
+                    return Ok(found.or(Some(Explored::TooMany { states, limit: bound })));
                 }
                 let instance = self.order[from].1;
                 for dt in ticks {

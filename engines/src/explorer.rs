@@ -1,8 +1,10 @@
 //! A compiled chart that executes single reactions, from any state that it has been in.
 
 use crate::c;
+use crate::interpreted::{Text, Tree};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
+use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{InputRow, Row, TraceLayout};
 use std::fmt::Write as _;
@@ -30,8 +32,69 @@ pub(crate) struct Difference {
     pub(crate) cell: Cell,
 }
 
+/// How the C is executed.
+#[derive(Clone, Copy)]
+pub(crate) enum Runner<'n> {
+    /// Compiled, as a program of its own.
+    Compiled,
+    /// From its tree, with the interface: the representation without a state.
+    Tree(&'n Text<'n>, &'n Representation),
+}
+
+/// The executed chart.
+pub(crate) enum Explorer<'n> {
+    /// A compiled program.
+    Compiled(Process),
+    /// A tree.
+    Tree(Box<Tree<'n>>),
+}
+
+impl<'n> Explorer<'n> {
+    /// Starts the C of a package.
+    ///
+    /// # Errors
+    /// The output of the compiler, or the reason why the C does not run.
+    pub(crate) fn start(
+        net: &'n Valid<Net>,
+        package: &Package,
+        runner: Runner<'n>,
+    ) -> Result<Started<'n>, Trouble> {
+        match runner {
+            Runner::Compiled => {
+                let (process, row, instance) = Process::start(net, package)?;
+                Ok(Started { explorer: Explorer::Compiled(process), row, instance })
+            }
+            Runner::Tree(text, interface) => {
+                let (tree, row, instance) = Tree::start(net, text, interface)?;
+                Ok(Started { explorer: Explorer::Tree(Box::new(tree)), row, instance })
+            }
+        }
+    }
+
+    /// Requests all of these reactions ([`push`]) and processes the answers as they come, until the caller rejects one; then the program is stopped.
+    pub(crate) fn ask(
+        &mut self,
+        questions: &str,
+        n_answers: usize,
+        mut take: impl FnMut(usize, &str, Instance) -> bool,
+    ) -> Result<(), Trouble> {
+        match self {
+            Explorer::Compiled(process) => process.ask(questions, n_answers, take),
+            Explorer::Tree(tree) => {
+                for (at, question) in questions.lines().enumerate() {
+                    let (row, instance) = tree.answer(question)?;
+                    if !take(at, &row, instance) {
+                        break;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
 /// The compiled chart with its pipes.
-pub(crate) struct Explorer {
+pub(crate) struct Process {
     /// The process, shared with the thread that enforces the time limit of each batch.
     child: Mutex<Child>,
     input: Option<ChildStdin>,
@@ -40,16 +103,16 @@ pub(crate) struct Explorer {
     _program: c::Program,
 }
 
-/// A compiled chart after `init`.
-pub(crate) struct Started {
-    pub(crate) explorer: Explorer,
+/// A chart in C after `init`.
+pub(crate) struct Started<'n> {
+    pub(crate) explorer: Explorer<'n>,
     /// The row that it printed.
     pub(crate) row: String,
     /// The number of its state.
     pub(crate) instance: Instance,
 }
 
-impl Drop for Explorer {
+impl Drop for Process {
     fn drop(&mut self) {
         // The program ends when its input ends; otherwise it is stopped.
         self.input = None;
@@ -66,12 +129,12 @@ fn kill(child: &Mutex<Child>) {
     }
 }
 
-impl Explorer {
+impl Process {
     /// Compiles the package without optimisation, which would only cost time, and starts it.
     ///
     /// # Errors
     /// The output of the compiler, or the reason why the program does not run.
-    pub(crate) fn start(net: &Valid<Net>, package: &Package) -> Result<Started, Trouble> {
+    fn start(net: &Valid<Net>, package: &Package) -> Result<(Process, String, Instance), Trouble> {
         let main = grafsynth_backend_c::explorer(net, package);
         let program = match c::compile(package, &main, &FLAGS) {
             Ok(program) => program,
@@ -97,7 +160,7 @@ impl Explorer {
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(Trouble::Machine("cannot connect to the compiled chart".to_owned()));
         };
-        let mut explorer = Explorer {
+        let mut explorer = Process {
             child: Mutex::new(child),
             input: Some(input),
             output: BufReader::with_capacity(1 << 16, output),
@@ -110,11 +173,10 @@ impl Explorer {
             first.1 = number(&take_line(output)?)?;
             Ok(())
         })?;
-        Ok(Started { explorer, row: first.0, instance: first.1 })
+        Ok((explorer, first.0, first.1))
     }
 
-    /// Requests all of these reactions ([`push`]) and processes the answers as they come, until the caller rejects one; then the program is stopped.
-    pub(crate) fn ask(
+    fn ask(
         &mut self,
         questions: &str,
         n_answers: usize,
@@ -142,7 +204,7 @@ impl Explorer {
         questions: &str,
         read: impl FnOnce(&mut BufReader<ChildStdout>) -> Result<(), Lost>,
     ) -> Result<(), Trouble> {
-        let Explorer { child, input, output, .. } = self;
+        let Process { child, input, output, .. } = self;
         let mut pipe = input.take().ok_or_else(ended)?;
         let (finished, watched) = mpsc::channel::<()>();
         let child: &Mutex<Child> = child;

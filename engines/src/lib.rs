@@ -21,6 +21,7 @@ pub mod exhaustive;
 mod explorer;
 mod firmware;
 pub mod ice40;
+mod interpreted;
 pub mod measure;
 pub mod scratch;
 mod simavr;

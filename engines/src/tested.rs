@@ -1,6 +1,6 @@
 //! Compares emitted C with its net in directed random reactions, if the C is not proved.
 
-use crate::explorer::{Difference, Explorer, Start as From, Trouble, differs, push};
+use crate::explorer::{Difference, Explorer, Runner, Start as From, Trouble, differs, push};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
@@ -21,14 +21,20 @@ pub(crate) enum Answer {
     Different(Difference),
 }
 
-/// Runs [`REACTIONS`] directed random reactions.
+/// Runs directed random reactions, normally [`REACTIONS`].
 ///
 /// # Errors
 /// The program cannot be created, or does not answer.
-pub(crate) fn run(net: &Valid<Net>, package: &Package, seed: u64) -> Result<Answer, Trouble> {
-    let mut started = Explorer::start(net, package)?;
+pub(crate) fn run(
+    net: &Valid<Net>,
+    package: &Package,
+    runner: Runner<'_>,
+    seed: u64,
+    reactions: usize,
+) -> Result<Answer, Trouble> {
+    let mut started = Explorer::start(net, package, runner)?;
     let layout = TraceLayout::of(net);
-    let mut ahead = Ahead::new(net, seed, MAX_DT, REACTIONS);
+    let mut ahead = Ahead::new(net, seed, MAX_DT, reactions);
     if let Some(cell) = differs(&layout, ahead.row(), &started.row) {
         return Ok(Answer::Different(Difference { path: Vec::new(), cell }));
     }

@@ -5,6 +5,7 @@
 
 mod arbiter;
 mod busy;
+mod c_edited;
 mod c_induction;
 mod c_mutations;
 mod c_random;

@@ -220,7 +220,9 @@ impl Answer {
                 let answer = answer.with("by", proof.name());
                 match proof {
                     OutputProof::Run { scope, .. } => answer.scope(scope),
-                    OutputProof::Text { .. } => answer.scope(&Scope::EveryStimulus),
+                    OutputProof::Text { .. } | OutputProof::Edited { .. } => {
+                        answer.scope(&Scope::EveryStimulus)
+                    }
                     _ => answer,
                 }
             }

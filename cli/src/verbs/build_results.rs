@@ -23,16 +23,32 @@ pub(super) fn say(
     let is_written = unwritten.is_none();
     for group in groups(lines) {
         match (group.as_slice(), group.first().and_then(|line| fault(line))) {
-            (lines, Some(fault)) => refuted(session, net, trace, lines, fault, is_written)?,
+            (lines, Some(fault)) => refuted(session, net, trace, lines, fault, Some(is_written))?,
             (others, None) => {
                 for line in others {
-                    let (answer, _) = answer(net, line, is_written);
+                    let (answer, _) = answer(net, line, Some(is_written));
                     session.answer(&answer, &line_of(line, lines));
                 }
             }
         }
     }
     Ok(())
+}
+
+/// Reports the result for one text that was not built.
+pub(super) fn report(
+    session: &Session,
+    net: &Valid<Net>,
+    trace: Option<&Path>,
+    line: &OutputReport,
+) -> Result<(), Stop> {
+    match fault(line) {
+        Some(fault) => refuted(session, net, trace, &[line], fault, None),
+        None => {
+            session.answer(&Answer::of_output(line, net), &format!("{line}\n"));
+            Ok(())
+        }
+    }
 }
 
 /// The line about an output. A fault that also refutes an earlier output is reported only at the earlier output.
@@ -82,7 +98,7 @@ fn refuted(
     trace: Option<&Path>,
     lines: &[&OutputReport],
     fault: &OutputFault,
-    is_written: bool,
+    is_written: Option<bool>,
 ) -> Result<(), Stop> {
     let traces = fault.traces(net);
     let titled: Vec<_> = traces.iter().map(|(title, trace)| (*title, trace)).collect();
@@ -117,13 +133,18 @@ fn text(lines: &[&OutputReport], fault: &OutputFault, run: &str) -> String {
     text
 }
 
-fn answer(net: &Valid<Net>, line: &OutputReport, is_written: bool) -> (Answer, String) {
-    (Answer::of_output(line, net).with("written", is_written), format!("{line}\n"))
+fn answer(net: &Valid<Net>, line: &OutputReport, is_written: Option<bool>) -> (Answer, String) {
+    let answer = Answer::of_output(line, net);
+    let answer = match is_written {
+        Some(is_written) => answer.with("written", is_written),
+        None => answer,
+    };
+    (answer, format!("{line}\n"))
 }
 
 /// Stores what is known so far in case the user interrupts the build.
 pub(super) fn know(session: &Session, net: &Valid<Net>, lines: &[OutputReport]) {
-    session.know(lines.iter().map(|line| answer(net, line, false)).collect());
+    session.know(lines.iter().map(|line| answer(net, line, Some(false))).collect());
 }
 
 /// Why nothing was written: the refused targets with the codes of the findings, which do not name the targets. Targets with the same codes are listed together.

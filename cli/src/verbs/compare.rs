@@ -1,6 +1,6 @@
 //! `grafsynth compare FILE…`: all engines with one stimulus, or designs with each other.
 
-use super::{compare_charts, compare_engines, compare_logic};
+use super::{compare_c, compare_charts, compare_engines, compare_logic};
 use crate::args::{Compare, Input, Reading};
 use crate::evidence;
 use crate::exit::Exit;
@@ -112,6 +112,17 @@ fn pair(
     renames: &Renames,
     is_new: bool,
 ) -> Result<Exit, Stop> {
+    if let Some(emitted) = compare_c::recognised(session, arguments, other)? {
+        return compare_c::run(session, arguments, input, &emitted);
+    }
+    if let Some(emitted) = compare_c::recognised(session, arguments, &input.file)? {
+        let chart = Input { file: other.to_owned(), reading: input.reading.clone() };
+        return compare_c::run(session, arguments, &chart, &emitted);
+    }
+    if let Some(map) = &arguments.map {
+        let both = format!("{} and {other}", input.file);
+        return Err(Stop::Usage(format!("--map {map} has no effect on {both}: neither is C")));
+    }
     session.begin(&input.file);
     let (design, found) = session.design(input)?;
     if is_new || session.is_for_machines() {

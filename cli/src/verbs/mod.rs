@@ -6,6 +6,7 @@ mod build_results;
 pub(crate) mod check;
 mod clashes;
 pub(crate) mod compare;
+mod compare_c;
 mod compare_charts;
 mod compare_engines;
 mod compare_logic;

@@ -1,6 +1,7 @@
 //! The stages of C: emit, then check. The check also runs the C, so the caller passes an engine that can compile it.
 
 use crate::built::{BuildOptions, Built, MapEntry, OutputFile};
+use crate::c_map::CMap;
 use crate::c_proof::prove_c;
 use crate::output_report::{Note, Outcome, OutputReport};
 use crate::trust::runnable;
@@ -26,12 +27,17 @@ pub(crate) fn emit(
         Err(found) => return found,
     };
     let mut all = package.diagnostics.clone();
+    let map = CMap::of(net, &package, &c).map(|map| map.to_text());
     if options.packages.is_empty() {
         built.files.extend(files(net, &package.files));
+        built.files.extend(beside(&package, &package.files, map.as_deref()));
     }
     for ecosystem in &options.packages {
         match grafsynth_backend_c::package::files(net, &package, *ecosystem) {
-            Ok(of_package) => built.files.extend(files(net, &of_package)),
+            Ok(of_package) => {
+                built.files.extend(files(net, &of_package));
+                built.files.extend(beside(&package, &of_package, map.as_deref()));
+            }
             Err(found) => all.extend(found),
         }
     }
@@ -45,6 +51,17 @@ pub(crate) fn emit(
         Err(found) => all.extend(found),
     }
     all
+}
+
+/// The map of a package, in the folder of its C file.
+fn beside(package: &Package, files: &[File], map: Option<&str>) -> Option<OutputFile> {
+    let main = format!("{}.c", package.stem());
+    let folder = |file: &File| {
+        let folder = file.name.strip_suffix(main.as_str())?;
+        (folder.is_empty() || folder.ends_with('/')).then(|| folder.to_owned())
+    };
+    let folder = files.iter().find_map(folder)?;
+    Some(OutputFile::new(format!("{folder}{}.map.json", package.stem()), map?.to_owned()))
 }
 
 fn files(net: &Net, files: &[File]) -> Vec<OutputFile> {
@@ -121,8 +138,10 @@ pub fn check(
             } else {
                 right_style(net, facts, options, package, engine)
             });
-            let is_own =
-                |file: &OutputFile| package.files.iter().any(|own| is_file(file, &own.name));
+            let map = format!("{}.map.json", package.stem());
+            let is_own = |file: &OutputFile| {
+                is_file(file, &map) || package.files.iter().any(|own| is_file(file, &own.name))
+            };
             built.files.retain(|file| !is_own(file));
         }
         built.lines.push(line);

@@ -129,6 +129,7 @@ impl<'a> Attempt<'a> {
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let mut checks = self.queries(&state, None, &memory)?;
+        checks.extend(self.stopped(&memory)?);
         let start = memory.clone();
         self.call("_step", &mut memory, Some(&dt))?;
         if !memory.is_unchanged(&start, INPUTS) {

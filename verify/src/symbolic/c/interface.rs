@@ -6,7 +6,9 @@ use std::rc::Rc;
 use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{ItemKind, StructId, SymbolId, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
+use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::instance::Place;
+use grafsynth_ir::net::Output;
 
 use super::attempt::{Attempt, Structures};
 use super::memory::{
@@ -211,6 +213,29 @@ impl Attempt<'_> {
             Some(Scalar::Int(value)) => Ok(value),
             _ => Err(format!("`{name}` returns no number")),
         }
+    }
+
+    /// The checks after a call of `NAME_stop`, if the text defines it: each output has its safe value, and the instance is unchanged.
+    pub(super) fn stopped(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+        let name = format!("{}_stop", self.of.hint.prefix);
+        if self.function(&name).is_none() {
+            return Ok(Vec::new());
+        }
+        let mut after = memory.clone();
+        self.call("_stop", &mut after, None)?;
+        if ![INSTANCE, INPUTS].into_iter().all(|object| after.is_unchanged(memory, object)) {
+            return Err(format!("`{name}` changes the instance"));
+        }
+        let code = |output: &Output| {
+            let lo = match output.ty {
+                NetType::Bool => 0,
+                NetType::Int { lo, .. } => lo,
+            };
+            let code = output.safe_value().wrapping_sub(lo);
+            (0..output.ty.bits()).map(|bit| Lit::constant(code >> bit & 1 == 1)).collect()
+        };
+        let codes: Vec<Vec<Lit>> = self.of.net.outputs.values().map(code).collect();
+        self.shown_outputs(&codes, &after)
     }
 
     /// The checks of the functions that return parts of a state.

@@ -19,6 +19,7 @@ mod memory;
 mod net_values;
 mod question;
 mod relation;
+mod run;
 mod value;
 
 use grafsynth_c::tree::Unit;
@@ -30,6 +31,7 @@ use grafsynth_ir::net::Net;
 
 use crate::limits::Limits;
 use question::Subject;
+pub use run::{Interpreter, Shown, Snapshot, Stuck};
 
 /// The proof that the C behaves like its net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,0 +1,176 @@
+//! `compare CHART out/NAME.c`: C that `build` emitted, after somebody edited it, is proved, refuted with a run, or open with the reason.
+
+#![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+const PRESS: &str = "chart press {
+    tick 100 ms
+    evolution single
+    conflict priority
+    input start, stop
+    output down, lamp
+    var n: int 0..9
+    initial step idle { lamp }
+    step work { down }
+    step rest {
+        entry { n := n + 1 }
+    }
+    idle -> work when start
+    work -> idle when stop
+    work -> rest after 2 s
+    rest -> idle after 1 s
+}
+";
+
+/// The exit code, and everything that was printed.
+fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        // No compiler is needed.
+        .env("CC", "false")
+        .output()
+        .expect("grafsynth starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+}
+
+fn compare(folder: &Path) -> (Option<i32>, String) {
+    run(folder, &["compare", "press.graf", "out/press.c"])
+}
+
+/// A folder with the chart and its C.
+fn built(options: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("press.graf"), PRESS).expect("a chart");
+    let build = ["build", "press.graf", "-t", "c", "-o", "out", "--no-proof", "--allow", "tested"];
+    let arguments: Vec<&str> = build.iter().chain(options).copied().collect();
+    run(folder.path(), &arguments);
+    assert!(folder.path().join("out/press.map.json").is_file(), "build writes a map");
+    folder
+}
+
+/// Replaces a text in a file, which must contain it.
+fn edit(folder: &Path, file: &str, from: &str, to: &str) {
+    let path = folder.join(file);
+    let text = fs::read_to_string(&path).expect("a file");
+    assert!(text.contains(from), "{file} does not contain `{from}`:\n{text}");
+    fs::write(path, text.replace(from, to)).expect("a file");
+}
+
+#[test]
+fn an_edit_without_an_effect_is_proved() {
+    let folder = built(&[]);
+    // Another name in code, header and map, and another comment.
+    for file in ["out/press.c", "out/press.h", "out/press.map.json"] {
+        edit(folder.path(), file, "state", "mode");
+    }
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(0), "{text}");
+    assert!(text.contains("proved by induction") && !text.contains("press_stop"), "{text}");
+    // Either order, and another place of the map.
+    fs::rename(folder.path().join("out/press.map.json"), folder.path().join("m.json")).unwrap();
+    let (exit, text) =
+        run(folder.path(), &["compare", "out/press.c", "press.graf", "--map", "m.json"]);
+    assert_eq!(exit, Some(0), "{text}");
+    // Without the map, the new name is not known.
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(4), "{text}");
+    assert!(text.contains("there is no map beside it") && text.contains("tested:"), "{text}");
+}
+
+#[test]
+fn a_difference_is_shown_in_the_names_of_the_chart() {
+    let folder = built(&["--style", "bits"]);
+    edit(folder.path(), "out/press.c", "out->down = ", "out->down = in->stop || ");
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(3), "{text}");
+    assert!(text.contains("differs from the chart after 1 reaction: down is `0`"), "{text}");
+    assert!(text.contains("active (chart)") || text.contains("idle"), "{text}");
+}
+
+#[test]
+fn a_damaged_stop_is_not_proved() {
+    let folder = built(&[]);
+    edit(folder.path(), "out/press.h", "out->down = false;", "out->down = true;");
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(4), "{text}");
+    assert!(text.contains("no induction"), "{text}");
+}
+
+#[test]
+fn a_wrong_map_proves_nothing() {
+    let folder = built(&[]);
+    let map = "out/press.map.json";
+    let good = fs::read_to_string(folder.path().join(map)).expect("a map");
+    for (from, to, exit, why) in [
+        ("\"idle\"", "\"work\"", 4, "no induction"),
+        ("\"idle\"", "\"other\"", 4, "the step `other`, which the chart does not have"),
+        ("\"code\": 1", "\"code\": 2", 4, "no induction"),
+        ("c-map-1", "c-map-9", 1, "format `grafsynth-c-map-9`"),
+        ("\"chart\"", "\"chat\"", 1, "unknown field `chat`"),
+    ] {
+        edit(folder.path(), map, from, to);
+        let (found, text) = compare(folder.path());
+        assert_eq!(found, Some(exit), "{to}: {text}");
+        assert!(text.contains(why) && !text.contains("proved by induction"), "{to}: {text}");
+        fs::write(folder.path().join(map), &good).expect("a map");
+    }
+}
+
+#[test]
+fn another_interface_is_not_proved() {
+    let folder = built(&[]);
+    let swapped = "bool lamp;\n    bool down;";
+    let header = folder.path().join("out/press.h");
+    let good = fs::read_to_string(&header).expect("a header");
+    for (from, to, why) in [
+        (
+            "    bool down;\n    bool lamp;",
+            &format!("    {swapped}")[..],
+            "`press_out_t` has `bool lamp`",
+        ),
+        ("    bool stop;", "    uint8_t stop;", "`press_in_t` has `unsigned char stop`"),
+        ("dt", "dt2", ""),
+    ] {
+        if !good.contains(from) {
+            panic!("{good}");
+        }
+        fs::write(&header, good.replacen(from, to, 1)).expect("a header");
+        let (exit, text) = compare(folder.path());
+        if why.is_empty() {
+            continue;
+        }
+        assert_eq!(exit, Some(4), "{text}");
+        assert!(text.contains(why), "{text}");
+    }
+}
+
+#[test]
+fn what_is_undefined_or_unreadable_is_not_proved() {
+    let folder = built(&[]);
+    let c = folder.path().join("out/press.c");
+    let good = fs::read_to_string(&c).expect("C");
+    let begin =
+        good.find("press_step(").and_then(|at| good[at..].find("{\n").map(|it| at + it + 2));
+    let (before, after) = good.split_at(begin.expect("a reaction"));
+    for (line, exit, why) in [
+        (
+            "    int z = 0; if (in->start && in->stop) { z = 1 / z; }\n",
+            3,
+            "divides by 0, at out/press.c:",
+        ),
+        ("    static int z = 0; z += 1;\n", 4, "the static object `z`"),
+        ("    asm(\"nop\");\n", 1, "press.c"),
+        ("    other(self);\n", 1, "other"),
+    ] {
+        fs::write(&c, format!("{before}{line}{after}")).expect("C");
+        let (found, text) = compare(folder.path());
+        assert_eq!(found, Some(exit), "{line}: {text}");
+        assert!(text.contains(why) && !text.contains("proved by induction"), "{line}: {text}");
+    }
+}

@@ -1,0 +1,393 @@
+//! `NAME.map.json`: how emitted C holds the state of its chart, as `build` writes it beside `NAME.c`. A proof of C that somebody edited needs it.
+//!
+//! The map is a hint. A proof checks each statement in it, so that a wrong map can prevent a proof but never make a wrong one. Which member of the interface is
+//! which input or output is not in the map: that follows from the chart and from the options of the build.
+
+use grafsynth_backend_c::cost::{self, Goal};
+use grafsynth_backend_c::{Io, Options, Package, Style};
+use grafsynth_ir::instance::{Holds, Place};
+use grafsynth_ir::net::{ActionId, EdgeId, InputId, Net, StepId, TimerId, VarId};
+use grafsynth_ir::program::{ActionPart, Origin};
+use serde::{Deserialize, Serialize};
+
+/// The format and its version.
+const FORMAT: &str = "grafsynth-c-map-1";
+
+/// The map of one package of C.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CMap {
+    format: String,
+    chart: String,
+    options: BuiltWith,
+    instance: Vec<Member>,
+}
+
+/// The options of the build that decide what the interface is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BuiltWith {
+    style: String,
+    #[serde(default, rename = "for", skip_serializing_if = "Option::is_none")]
+    machine: Option<String>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    optimise_size: bool,
+    #[serde(default, skip_serializing_if = "is_default")]
+    io_words: bool,
+    #[serde(default, skip_serializing_if = "is_default")]
+    gate: bool,
+    #[serde(default, skip_serializing_if = "is_default")]
+    safe_state: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    trace_ring: Option<u16>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    callbacks: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    prefix: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stem: Option<String>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+/// A scalar of the instance and what it holds.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Member {
+    member: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    element: Option<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    bit: Option<u32>,
+    holds: Held,
+}
+
+/// What a scalar holds, in the names of the chart. Operands of edges and controlled actions have no names, so they have their numbers in the net.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+enum Held {
+    /// The number of the active step.
+    Active {
+        steps: Vec<Code>,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        none: Option<i64>,
+    },
+    /// The time since the active step became active.
+    Time {
+        steps: Vec<String>,
+        cap: i64,
+        #[serde(default, skip_serializing_if = "is_default")]
+        zero_between: bool,
+    },
+    Step(String),
+    Elapsed(String),
+    SharedElapsed(String),
+    LastElapsed(String),
+    Variable {
+        name: String,
+        #[serde(default, skip_serializing_if = "is_default")]
+        element: u32,
+    },
+    Edge(u32),
+    Timer(String),
+    TimerCondition(String),
+    Older(String, String),
+    TaskIndex(String),
+    ActionQ(u32),
+    ActionLatch(u32, String),
+    ActionTimer(u32, String),
+    Pending(String),
+    Fault,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Code {
+    step: String,
+    code: i64,
+}
+
+impl CMap {
+    /// The map of a package; `None` if the style does not say how it holds the state of the net.
+    #[must_use]
+    pub fn of(net: &Net, package: &Package, options: &Options) -> Option<CMap> {
+        let hint = package.representation.as_ref()?;
+        let members = hint.state.iter().filter_map(|(place, holds)| {
+            let Place { member, element, bit } = place.clone();
+            Some(Member { member, element, bit, holds: held(net, holds)? })
+        });
+        Some(CMap {
+            format: FORMAT.to_owned(),
+            chart: net.name.text.clone(),
+            options: BuiltWith {
+                style: options.style.name().to_owned(),
+                machine: options.machine.map(|machine| machine.name.to_owned()),
+                optimise_size: options.goal == Goal::Size,
+                io_words: options.io == Io::Words,
+                gate: options.gate,
+                safe_state: options.safe_state,
+                trace_ring: options.trace,
+                callbacks: options.callbacks,
+                prefix: options.prefix.clone(),
+                stem: options.stem.clone(),
+            },
+            instance: members.collect(),
+        })
+    }
+
+    /// Reads a map.
+    ///
+    /// # Errors
+    /// The text is not JSON, has another version, or has members that no map has; with the line.
+    pub fn parse(text: &str) -> Result<CMap, String> {
+        /// Only the format, so that another version is not reported as an unknown member.
+        #[derive(Deserialize)]
+        struct Head {
+            format: String,
+        }
+        let head: Head = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        if head.format != FORMAT {
+            return Err(format!("format `{}` (this version reads `{FORMAT}`)", head.format));
+        }
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn to_text(&self) -> String {
+        // Numbers and strings can always be written.
+        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text.push('\n');
+        text
+    }
+
+    /// The name of the chart.
+    #[must_use]
+    pub fn chart(&self) -> &str {
+        &self.chart
+    }
+
+    /// The options of the build.
+    ///
+    /// # Errors
+    /// A style or a machine is unknown.
+    pub fn options(&self) -> Result<Options, String> {
+        let built = &self.options;
+        let style = Style::from_name(&built.style);
+        let machine =
+            |name: &String| cost::machine(name).ok_or_else(|| format!("unknown machine `{name}`"));
+        Ok(Options {
+            style: style.ok_or_else(|| format!("unknown style `{}`", built.style))?,
+            machine: built.machine.as_ref().map(machine).transpose()?,
+            goal: if built.optimise_size { Goal::Size } else { Goal::Speed },
+            io: if built.io_words { Io::Words } else { Io::Members },
+            gate: built.gate,
+            safe_state: built.safe_state,
+            trace: built.trace_ring,
+            callbacks: built.callbacks,
+            prefix: built.prefix.clone(),
+            stem: built.stem.clone(),
+            ..Options::default()
+        })
+    }
+
+    /// What the scalars of the instance hold.
+    ///
+    /// # Errors
+    /// A name that the chart does not have, or has more than once.
+    pub fn state(&self, net: &Net) -> Result<Vec<(Place, Holds)>, String> {
+        let names = Names { net };
+        let one = |member: &Member| {
+            let Member { member, element, bit, holds } = member.clone();
+            let holds = names.holds(&holds);
+            let holds = holds.map_err(|why| format!("member `{member}` holds {why}"))?;
+            Ok((Place { member, element, bit }, holds))
+        };
+        self.instance.iter().map(one).collect()
+    }
+}
+
+/// The parts of a controlled action by their names in the map.
+const PARTS: [(ActionPart, &str); 10] = [
+    (ActionPart::S, "S"),
+    (ActionPart::L, "L"),
+    (ActionPart::D, "D"),
+    (ActionPart::P, "P"),
+    (ActionPart::P0, "P0"),
+    (ActionPart::P1, "P1"),
+    (ActionPart::SD, "SD"),
+    (ActionPart::DS, "DS"),
+    (ActionPart::DSHeld, "DS-held"),
+    (ActionPart::SL, "SL"),
+];
+
+/// What a scalar holds, for the map; `None` for parts of charts that no proof covers.
+fn held(net: &Net, holds: &Holds) -> Option<Held> {
+    let step = |id: StepId| net.steps[id].name.text.clone();
+    let number = |index: usize| u32::try_from(index).unwrap_or(u32::MAX);
+    let part = |part: ActionPart| PARTS.iter().find(|(known, _)| *known == part);
+    let part = |it: ActionPart| part(it).map_or(String::new(), |(_, name)| (*name).to_owned());
+    Some(match holds {
+        Holds::ActiveOf { steps, none } => Held::Active {
+            steps: steps.iter().map(|(id, code)| Code { step: step(*id), code: *code }).collect(),
+            none: *none,
+        },
+        Holds::TimeOf { steps, cap, is_zero_between } => Held::Time {
+            steps: steps.iter().map(|id| step(*id)).collect(),
+            cap: *cap,
+            zero_between: *is_zero_between,
+        },
+        Holds::Piece(origin, element) => match *origin {
+            Origin::Step(id) => Held::Step(step(id)),
+            Origin::Elapsed(id) => Held::Elapsed(step(id)),
+            Origin::SharedElapsed(id) => Held::SharedElapsed(step(id)),
+            Origin::LastElapsed(id) => Held::LastElapsed(step(id)),
+            Origin::Var(id) => {
+                Held::Variable { name: net.vars[id].name.text.clone(), element: *element }
+            }
+            Origin::Edge(id) => Held::Edge(number(id.index())),
+            Origin::Timer(id) => Held::Timer(net.timers[id].name.text.clone()),
+            Origin::TimerCondition(id) => Held::TimerCondition(net.timers[id].name.text.clone()),
+            Origin::Older(first, second) => Held::Older(step(first), step(second)),
+            Origin::TaskIndex(id) => Held::TaskIndex(step(id)),
+            Origin::ActionQ(id) => Held::ActionQ(number(id.index())),
+            Origin::ActionLatch(id, it) => Held::ActionLatch(number(id.index()), part(it)),
+            Origin::ActionTimer(id, it) => Held::ActionTimer(number(id.index()), part(it)),
+            Origin::Pending(id) => Held::Pending(net.inputs[id].name.text.clone()),
+            Origin::Fault => Held::Fault,
+            Origin::Region(_)
+            | Origin::InternalQueue
+            | Origin::InternalLength
+            | Origin::ExternalQueue
+            | Origin::ExternalLength
+            | Origin::SendTimer(_)
+            | Origin::SendRuns(_)
+            | Origin::Recorded(..)
+            | Origin::Ended(_)
+            | Origin::HeldOutput(..)
+            | Origin::Helper => return None,
+        },
+    })
+}
+
+/// The objects of a net by name.
+struct Names<'a> {
+    net: &'a Net,
+}
+
+/// The one object with a name.
+fn one<'a, T>(
+    what: &str,
+    name: &str,
+    mut all: impl Iterator<Item = (T, &'a str)>,
+) -> Result<T, String> {
+    let mut named = all.by_ref().filter(|(_, known)| *known == name).map(|(id, _)| id);
+    match (named.next(), named.next()) {
+        (Some(id), None) => Ok(id),
+        (None, _) => Err(format!("the {what} `{name}`, which the chart does not have")),
+        (Some(_), Some(_)) => Err(format!("the {what} `{name}`, which the chart has twice")),
+    }
+}
+
+/// The object with a number.
+fn numbered<T>(what: &str, number: u32, mut all: impl Iterator<Item = T>) -> Result<T, String> {
+    let index = usize::try_from(number).unwrap_or(usize::MAX);
+    all.nth(index).ok_or_else(|| format!("the {what} {number}, which the chart does not have"))
+}
+
+impl Names<'_> {
+    fn step(&self, name: &str) -> Result<StepId, String> {
+        one("step", name, self.net.steps.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn var(&self, name: &str) -> Result<VarId, String> {
+        one("variable", name, self.net.vars.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn timer(&self, name: &str) -> Result<TimerId, String> {
+        one("timer", name, self.net.timers.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn input(&self, name: &str) -> Result<InputId, String> {
+        one("event", name, self.net.inputs.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn edge(&self, number: u32) -> Result<EdgeId, String> {
+        numbered("edge", number, self.net.edges.iter().map(|(id, _)| id))
+    }
+
+    fn action(&self, number: u32) -> Result<ActionId, String> {
+        numbered("action", number, self.net.actions.iter().map(|(id, _)| id))
+    }
+
+    fn holds(&self, held: &Held) -> Result<Holds, String> {
+        let part = |name: &str| {
+            let known = PARTS.iter().find(|(_, known)| *known == name);
+            known.map(|(part, _)| *part).ok_or_else(|| format!("the unknown part `{name}`"))
+        };
+        let mut element = 0;
+        let origin = match held {
+            Held::Active { steps, none } => {
+                let code = |it: &Code| Ok((self.step(&it.step)?, it.code));
+                let steps = steps.iter().map(code).collect::<Result<_, String>>()?;
+                return Ok(Holds::ActiveOf { steps, none: *none });
+            }
+            Held::Time { steps, cap, zero_between } => {
+                if *cap < 0 {
+                    return Err(format!("a time up to {cap}"));
+                }
+                let steps =
+                    steps.iter().map(|name| self.step(name)).collect::<Result<_, String>>()?;
+                return Ok(Holds::TimeOf { steps, cap: *cap, is_zero_between: *zero_between });
+            }
+            Held::Step(name) => Origin::Step(self.step(name)?),
+            Held::Elapsed(name) => Origin::Elapsed(self.step(name)?),
+            Held::SharedElapsed(name) => Origin::SharedElapsed(self.step(name)?),
+            Held::LastElapsed(name) => Origin::LastElapsed(self.step(name)?),
+            Held::Variable { name, element: at } => {
+                element = *at;
+                Origin::Var(self.var(name)?)
+            }
+            Held::Edge(number) => Origin::Edge(self.edge(*number)?),
+            Held::Timer(name) => Origin::Timer(self.timer(name)?),
+            Held::TimerCondition(name) => Origin::TimerCondition(self.timer(name)?),
+            Held::Older(first, second) => Origin::Older(self.step(first)?, self.step(second)?),
+            Held::TaskIndex(name) => Origin::TaskIndex(self.step(name)?),
+            Held::ActionQ(number) => Origin::ActionQ(self.action(*number)?),
+            Held::ActionLatch(number, it) => Origin::ActionLatch(self.action(*number)?, part(it)?),
+            Held::ActionTimer(number, it) => Origin::ActionTimer(self.action(*number)?, part(it)?),
+            Held::Pending(name) => Origin::Pending(self.input(name)?),
+            Held::Fault => Origin::Fault,
+        };
+        Ok(Holds::Piece(origin, element))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::CMap;
+
+    #[test]
+    fn reading_is_strict() {
+        let good = r#"{"format": "grafsynth-c-map-1", "chart": "a", "options": {"style": "auto"},
+            "instance": [{"member": "s", "holds": {"step": "go"}}]}"#;
+        let map = CMap::parse(good).unwrap();
+        assert_eq!(CMap::parse(&map.to_text()), Ok(map));
+        for (from, to, why) in [
+            ("map-1", "map-2", "format `grafsynth-c-map-2`"),
+            ("\"auto\"", "3", "invalid type"),
+            ("\"step\"", "\"stop\"", "unknown variant `stop`"),
+            ("\"chart\": \"a\",", "", "missing field `chart`"),
+            ("\"member\"", "\"x\": 1, \"member\"", "unknown field `x`"),
+            ("\"chart\"", "\"chart\": \"b\", \"chart\"", "duplicate field `chart`"),
+            ("]}", "]", "EOF"),
+        ] {
+            let error = CMap::parse(&good.replace(from, to)).unwrap_err();
+            assert!(error.contains(why), "{to}: {error}");
+        }
+        let unknown = CMap::parse(&good.replace("auto", "other")).unwrap();
+        assert_eq!(unknown.options(), Err("unknown style `other`".to_owned()));
+    }
+}
