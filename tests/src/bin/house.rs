@@ -49,7 +49,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 28_650),
     ("code lines of ir", 20_410),
     ("code lines of driver", 11_130),
-    ("code lines of all crates", 156_300),
+    ("code lines of all crates", 156_310),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
     ("lines that list variants", 596),
