@@ -107,11 +107,78 @@ fn timed(seed: u64) -> String {
     text
 }
 
-/// The nets of random timed charts in which steps share timers, with their seeds.
-fn sharing(wanted: u64) -> Vec<(u64, Valid<Net>)> {
+/// A random statechart whose states measure time, as text: regions side by side, and states within states.
+fn states(seed: u64) -> String {
+    let mut random = Random::new(seed ^ 0x57a7);
+    let policy = ["inner-first", "outer-first"][random.below(2)];
+    let mut text = format!(
+        "chart timed {{\n    tick 10 ms\n    conflict {policy}\n    queue 1\n    event e, f\n    input x\n    output p, q\n    \
+         var n: int 0..3\n    parallel top {{\n"
+    );
+    for region in ["a", "b"].into_iter().take(1 + random.below(2)) {
+        let all: Vec<String> = (0..2 + random.below(2)).map(|at| format!("{region}{at}")).collect();
+        let time = |random: &mut Random, own: &str| {
+            let step = if random.one_in(3) { &all[random.below(all.len())] } else { own };
+            let op = [">=", "<", ">"][random.below(3)];
+            format!("{step}.t {op} {}0 ms", 1 + random.below(3))
+        };
+        _ = writeln!(text, "        region {region} {{");
+        for (at, state) in all.iter().enumerate() {
+            let initial = if at == 0 { "initial " } else { "" };
+            _ = writeln!(text, "            {initial}state {state} {{");
+            if random.one_in(2) {
+                let output = ["p", "q"][random.below(2)];
+                _ = writeln!(text, "                {output} if {}", time(&mut random, state));
+            }
+            if random.one_in(3) {
+                let list = ["entry", "exit"][random.below(2)];
+                let when = time(&mut random, state);
+                _ = writeln!(
+                    text,
+                    "                {list} {{ if {when} {{ n := n + 1 }} else {{ n := 0 }} }}"
+                );
+            }
+            if random.one_in(4) {
+                let (first, next) = (format!("{state}_in"), format!("{state}_on"));
+                _ = writeln!(
+                    text,
+                    "                initial state {first}\n                state {next} {{ q }}"
+                );
+                _ = writeln!(
+                    text,
+                    "                {first} -> {next} after {}0 ms",
+                    1 + random.below(3)
+                );
+                _ = writeln!(text, "                {next} -> {first} on f when {next}.t >= 20 ms");
+            }
+            text += "            }\n";
+        }
+        for (at, state) in all.iter().enumerate() {
+            let next = &all[(at + 1) % all.len()];
+            let guard = match random.below(3) {
+                0 => format!("after {}0 ms", 1 + random.below(3)),
+                1 => format!("on e when {}", time(&mut random, state)),
+                _ => format!("on f when x and {}", time(&mut random, state)),
+            };
+            _ = writeln!(text, "            {state} -> {next} {guard}");
+            if random.one_in(3) {
+                _ = writeln!(
+                    text,
+                    "            {state} -> {state} on e when {}",
+                    time(&mut random, state)
+                );
+            }
+        }
+        text += "        }\n";
+    }
+    text + "    }\n}\n"
+}
+
+/// The nets of random charts in which steps share timers, with their seeds.
+fn sharing(wanted: u64, text: fn(u64) -> String) -> Vec<(u64, Valid<Net>)> {
     let mut nets = Vec::new();
     for seed in 0..wanted * 4 {
-        let net = chart("timed.graf", &timed(seed));
+        let net = chart("timed.graf", &text(seed));
         if !shared_timers(&net, &structural_facts(&net)).is_empty() {
             nets.push((seed, net));
         }
@@ -158,10 +225,12 @@ fn differs(net: &Valid<Net>, seed: u64) -> Option<usize> {
 
 #[test]
 fn programs_with_shared_timers_do_what_the_net_does() {
-    let nets = sharing(rounds(120, 20_000));
-    let found = in_parallel(&nets, |(seed, net)| differs(net, *seed).map(|row| (*seed, row)));
-    if let Some((seed, row)) = found.into_iter().flatten().next() {
-        panic!("seed {seed} differs in row {row}:\n{}", timed(seed));
+    for (text, wanted) in [(timed as fn(u64) -> String, 120), (states, 10)] {
+        let nets = sharing(rounds(wanted, wanted * 160), text);
+        let found = in_parallel(&nets, |(seed, net)| differs(net, *seed).map(|row| (*seed, row)));
+        if let Some((seed, row)) = found.into_iter().flatten().next() {
+            panic!("seed {seed} differs in row {row}:\n{}", text(seed));
+        }
     }
 }
 
@@ -178,12 +247,25 @@ fn circuits(net: &Valid<Net>) -> Option<(usize, usize, Vec<Logic>)> {
     let groups = groups(net, &facts, &logic);
     let coded = [Encoding::ZeroHot, Encoding::Compact].map(|code| recode(&logic, &groups, code, 0));
     let (n_shared, n_own) = (logic.flops.len(), own.flops.len());
-    Some((n_own, n_shared, std::iter::once(logic).chain(coded).collect()))
+    // A statechart may also take a clock for each micro-step.
+    let is_statechart = net.settings.policy.is_statechart();
+    let slow = is_statechart.then(|| pipeline::logic_as(net, &facts, BusyMode::Always).ok());
+    let all = std::iter::once(logic).chain(coded).chain(slow.flatten());
+    Some((n_own, n_shared, all.collect()))
 }
 
 #[test]
 fn circuits_with_shared_timers_are_proved_in_both_ways() {
-    let nets = sharing(rounds(6, 1_500));
+    proved_in_both_ways(rounds(6, 1_500), timed);
+}
+
+#[test]
+fn circuits_of_statecharts_with_shared_timers_are_proved_in_both_ways() {
+    proved_in_both_ways(rounds(3, 400), states);
+}
+
+fn proved_in_both_ways(wanted: u64, text: fn(u64) -> String) {
+    let nets = sharing(wanted, text);
     let results = in_parallel(&nets, |(seed, net)| {
         let (n_own, n_shared, logics) = circuits(net)?;
         assert!(n_shared < n_own, "seed {seed}: {n_shared} flip-flops, {n_own} without sharing");
@@ -199,7 +281,7 @@ fn circuits_with_shared_timers_are_proved_in_both_ways() {
                     Verdict::Proved(_) => proved[at] += 1,
                     Verdict::Open(open) => println!("seed {seed}: {open}"),
                     Verdict::Refuted(found) => {
-                        panic!("seed {seed}: {:?}\n{}", found.difference, timed(*seed))
+                        panic!("seed {seed}: {:?}\n{}", found.difference, text(*seed))
                     }
                 }
             }
@@ -218,7 +300,16 @@ fn circuits_with_shared_timers_are_proved_in_both_ways() {
 /// A circuit whose register is changed in one place is refuted, or it behaves like the original.
 #[test]
 fn a_changed_register_is_refuted() {
-    let nets = sharing(rounds(8, 800));
+    changed_registers(rounds(8, 800), timed);
+}
+
+#[test]
+fn a_changed_register_of_a_statechart_is_refuted() {
+    changed_registers(rounds(4, 400), states);
+}
+
+fn changed_registers(wanted: u64, text: fn(u64) -> String) {
+    let nets = sharing(wanted, text);
     let counts = in_parallel(&nets, |(seed, net)| {
         let Some((_, _, logics)) = circuits(net) else { return [0, 0] };
         let mut random = Random::new(*seed);

@@ -12,26 +12,27 @@
     reason = "a piece without a case of its own must be stored as it is; a forgotten case only prevents a proof"
 )]
 
+mod reading;
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::logic::{FlopId, Logic};
-use grafsynth_ir::net::{
-    Enter, HistoryId, InputId, InputKind, Net, PropertyRole, StepId, StepKind,
-};
+use grafsynth_ir::logic::{FlopId, Logic, NodeId};
+use grafsynth_ir::net::{InputId, InputKind, Net, PropertyRole};
 use grafsynth_ir::program::Origin;
+use grafsynth_logic::shared_times;
 use grafsynth_sim::Random;
 
-use super::aig::{Aig, Lit, word_of};
+use super::aig::{Lit, word_of};
 use super::reaction::Reaction;
 use super::state::{Key, State};
-use super::statechart::Tree;
 use super::sweep::{Answer, Sweep};
 use super::{Model, at_most_one, import};
 use crate::equiv::binding::{Binding, Shown, What};
 use crate::equiv::verdict::{Certificate, Method};
 use crate::exclusive::net_expr;
 use crate::limits::Limits;
+use reading::{Reading, is_own};
 
 /// The numbers of checks, and of clocks of a circuit with `busy`, that are tried.
 const DEPTHS: [u32; 3] = [8, 16, 32];
@@ -98,6 +99,9 @@ pub(super) fn prove(
     if binding.busy.is_some() && registered {
         return Err("registered outputs of a circuit with `busy` are not covered".to_owned());
     }
+    let mut logic = logic.clone();
+    let idle = shared_times::idle(&mut logic);
+    let logic = &logic;
     let known = Reading::known(net, logic, binding, &pieces)?;
     // The values that are known not to be constant; every other value that is not stored is assumed to be constant until it differs.
     let mut varies: BTreeSet<Fixed> = known.into_iter().map(Fixed::Flop).collect();
@@ -105,7 +109,7 @@ pub(super) fn prove(
     let mut depth = depths.next();
     for _ in 0..ATTEMPTS {
         let Some(unrolled) = depth else { break };
-        match attempt(net, logic, binding, limits, unrolled, &varies) {
+        match attempt(net, (logic, &idle), binding, limits, unrolled, &varies) {
             Ok(certificate) => return Ok(certificate),
             Err(Failed::Deeper) => depth = depths.next(),
             Err(Failed::NotConstant(fixed)) => varies.extend(fixed),
@@ -118,201 +122,17 @@ pub(super) fn prove(
     }
 }
 
-/// How the state of the net is read from the flip-flops of a circuit.
-struct Reading<'a> {
-    net: &'a Net,
-    logic: &'a Logic,
-    flops: BTreeMap<Key, (FlopId, bool)>,
-    /// Pieces that the circuit does not store: their value after reset if they are constant, otherwise a variable of their own.
-    others: BTreeMap<Key, Lit>,
-}
-
-impl<'a> Reading<'a> {
-    /// The flip-flops that store a piece of the net's state.
-    fn known(
-        net: &Net,
-        logic: &Logic,
-        binding: &Binding,
-        pieces: &BTreeSet<Key>,
-    ) -> Result<BTreeSet<FlopId>, String> {
-        let mut keys: BTreeSet<Key> = BTreeSet::new();
-        let mut known = BTreeSet::new();
-        for (id, flop) in logic.flops.iter() {
-            let Some(holds) = flop.holds else { continue };
-            if is_own((holds.origin, holds.element, holds.bit), pieces, binding) {
-                if !keys.insert((holds.origin, holds.element, holds.bit)) {
-                    return Err(format!(
-                        "flip-flop `{}` stores a bit that another one also stores",
-                        flop.name
-                    ));
-                }
-                known.insert(id);
-            }
-        }
-        for (id, history) in net.histories.iter() {
-            let is_stored = |case: &grafsynth_ir::net::HistoryCase| {
-                keys.contains(&(Origin::Recorded(id, case.step), 0, 0))
-            };
-            let in_region = net.steps.iter().any(|(step, _)| {
-                keys.contains(&(Origin::Region(step), 0, 0))
-                    && Tree::is_inside(net, step, history.owner)
-            });
-            if in_region && !history.cases.iter().all(is_stored) && !is_left_before_entry(net, id) {
-                return Err(format!(
-                    "history `{}` is entered without leaving its state",
-                    history.name
-                ));
-            }
-        }
-        // The states of a decoded step may be any function of flip-flops without a meaning of their own.
-        if !logic.decoded.is_empty() {
-            known = logic
-                .flops
-                .ids()
-                .filter(|id| logic.flops[*id].holds.is_none())
-                .chain(known)
-                .collect();
-        }
-        Ok(known)
-    }
-
-    /// The value of a piece of state, given those of all flip-flops, of all nodes, and of the steps declared earlier.
-    fn bit(&self, key: Key, flops: &[Lit], nodes: &[Lit], active: &[Lit], aig: &mut Aig) -> Lit {
-        let stored = |key: &Key| {
-            self.flops.get(key).map(|(flop, inverted)| flops[flop.index()].negate_if(*inverted))
-        };
-        if let Some(lit) = stored(&key) {
-            return lit;
-        }
-        let decoded = self
-            .logic
-            .decoded
-            .iter()
-            .find(|bit| (bit.holds.origin, bit.holds.element, bit.holds.bit) == key);
-        if let Some(decoded) = decoded {
-            return nodes[decoded.node.index()];
-        }
-        match key.0 {
-            Origin::Step(step) => {
-                if let Some(parent) = self.net.steps[step].parent {
-                    let around = active[parent.index()];
-                    if let Some(own) = stored(&(Origin::Region(step), 0, 0)) {
-                        return aig.and(own, around);
-                    }
-                    if self.net.steps[parent].kind == StepKind::Parallel {
-                        return around;
-                    }
-                }
-            }
-            Origin::Recorded(history, step) => {
-                if let Some(all) = self.by_region(history, step, flops) {
-                    return aig.and_all(all);
-                }
-            }
-            _ => {}
-        }
-        self.others.get(&key).copied().unwrap_or(Lit::FALSE)
-    }
-
-    /// True if the circuit stores the piece, or its value follows from what is stored.
-    fn is_stored(&self, key: Key) -> bool {
-        let has = |key: &Key| self.flops.contains_key(key);
-        let is_decoded = self
-            .logic
-            .decoded
-            .iter()
-            .any(|bit| (bit.holds.origin, bit.holds.element, bit.holds.bit) == key);
-        has(&key)
-            || is_decoded
-            || match key.0 {
-                Origin::Step(step) => self.net.steps[step].parent.is_some_and(|parent| {
-                    has(&(Origin::Region(step), 0, 0))
-                        || self.net.steps[parent].kind == StepKind::Parallel
-                }),
-                Origin::Recorded(history, step) => {
-                    let flops = vec![Lit::FALSE; self.logic.flops.len()];
-                    self.by_region(history, step, &flops).is_some()
-                }
-                _ => false,
-            }
-    }
-
-    /// The registers of the regions from a recorded state up to the owner of the history; `None` if the circuit has none there.
-    fn by_region(&self, history: HistoryId, step: StepId, flops: &[Lit]) -> Option<Vec<Lit>> {
-        let owner = self.net.histories[history].owner;
-        let mut all = Vec::new();
-        let mut at = step;
-        while at != owner {
-            if let Some((flop, inverted)) = self.flops.get(&(Origin::Region(at), 0, 0)) {
-                all.push(flops[flop.index()].negate_if(*inverted));
-            }
-            at = self.net.steps[at].parent?;
-        }
-        (!all.is_empty()).then_some(all)
-    }
-
-    fn state(
-        &self,
-        model: &mut Model<'_>,
-        flops: &[Lit],
-        nodes: &[Lit],
-    ) -> (State, BTreeMap<Key, Lit>) {
-        let shape = model.maker.shape.clone();
-        let mut active = vec![Lit::FALSE; self.net.steps.len()];
-        let mut bits = BTreeMap::new();
-        let state = shape.read(self.net, model.aig(), &mut |key, aig| {
-            let lit = self.bit(key, flops, nodes, &active, aig);
-            if let (Origin::Step(step), _, _) = key {
-                active[step.index()] = lit;
-            }
-            bits.insert(key, lit);
-            lit
-        });
-        (state, bits)
-    }
-}
-
-/// True if a flip-flop stores this piece between reactions. While a chip is busy, its pins show registers that are not read; and a queue that is empty after
-/// each reaction is not a piece of the state.
-fn is_own(key: Key, pieces: &BTreeSet<Key>, binding: &Binding) -> bool {
-    match key.0 {
-        Origin::HeldOutput(..) => binding.busy.is_none() && pieces.contains(&key),
-        Origin::Region(_) => true,
-        _ => pieces.contains(&key),
-    }
-}
-
-/// True if every transition that enters the history leaves the state of the history, so that what was recorded earlier is never read while the state is
-/// active.
-fn is_left_before_entry(net: &Net, wanted: HistoryId) -> bool {
-    net.transitions.values().all(|transition| {
-        let mut lists = vec![transition.enters.as_slice()];
-        let mut seen: BTreeSet<HistoryId> = BTreeSet::new();
-        while let Some(list) = lists.pop() {
-            for enter in list {
-                if let Enter::History(id) = enter
-                    && seen.insert(*id)
-                {
-                    let history = &net.histories[*id];
-                    lists.push(&history.default);
-                    lists.extend(history.cases.iter().map(|case| case.enters.as_slice()));
-                }
-            }
-        }
-        !seen.contains(&wanted) || transition.clears.contains(&net.histories[wanted].owner)
-    })
-}
-
+/// One attempt; the circuit comes with the nodes that are true if a shared timer runs for no step.
 fn attempt(
     net: &Valid<Net>,
-    logic: &Logic,
+    (logic, idle): (&Logic, &[NodeId]),
     binding: &Binding,
     limits: &Limits,
     depth: u32,
     varies: &BTreeSet<Fixed>,
 ) -> Result<Certificate, Failed> {
     let limits = &Limits { circuit_nodes: limits.circuit_nodes.min(MAX_NODES), ..limits.clone() };
-    let mut both = Both::new(net, logic, binding, limits, depth, varies)?;
+    let mut both = Both::new(net, (logic, idle), binding, limits, depth, varies)?;
     let assumed = both.assumed();
     let (state, inputs) = (both.state.clone(), both.model.inputs.clone());
     let reaction = both.model.maker.reaction(&state, &inputs)?;
@@ -345,6 +165,8 @@ struct Both<'a> {
     reset_bits: BTreeMap<Key, Lit>,
     flops: Vec<Lit>,
     constants: Vec<FlopId>,
+    /// The nodes that are true if a shared timer is not 0 although none of its steps is active.
+    idle: &'a [NodeId],
     pins: Vec<Lit>,
     nodes: Vec<Lit>,
     /// The state of the net, as read from the flip-flops.
@@ -354,7 +176,7 @@ struct Both<'a> {
 impl<'a> Both<'a> {
     fn new(
         net: &'a Valid<Net>,
-        logic: &'a Logic,
+        (logic, idle): (&'a Logic, &'a [NodeId]),
         binding: &'a Binding,
         limits: &Limits,
         depth: u32,
@@ -417,6 +239,7 @@ impl<'a> Both<'a> {
             reset_bits,
             flops,
             constants,
+            idle,
             pins,
             nodes,
             state,
@@ -437,8 +260,23 @@ impl<'a> Both<'a> {
         let mut all = self.model.maker.structure(&recorded);
         all.extend(self.model.maker.shape.clone().valid(self.net, self.model.aig(), &state));
         all.extend(legal(&mut self.model, &state));
-        all.extend(self.logic.unreachable.iter().map(|node| !self.nodes[node.index()]));
+        all.extend(self.never().map(|(node, ..)| !self.nodes[node.index()]));
         all
+    }
+
+    /// The nodes that are never true between reactions, which is assumed before a reaction and proved after it, with what is wrong otherwise: after power-up, and
+    /// after a reaction.
+    fn never(&self) -> impl Iterator<Item = (NodeId, &'static str, &'static str)> {
+        const CODES: (&str, &str) =
+            ("the power-up code encodes no step", "the transition into an unused code");
+        const TIMERS: (&str, &str) = (
+            "a shared timer is not 0 after power-up",
+            "a shared timer while none of its steps is active",
+        );
+        let with =
+            |texts: (&'static str, &'static str)| move |node: &NodeId| (*node, texts.0, texts.1);
+        let codes = self.logic.unreachable.iter().map(with(CODES));
+        codes.chain(self.idle.iter().map(with(TIMERS)))
     }
 
     /// The circuit after its reaction.
@@ -516,12 +354,11 @@ impl<'a> Both<'a> {
             let constant = other.map(|_| Fixed::Piece(key));
             claims.push(Claim { wanted, given, what, constant });
         }
-        for node in &logic.unreachable {
+        for (node, at_start, later) in self.never() {
             if woken_nodes[node.index()] != Lit::FALSE {
-                return Err(Failed::Open("the power-up code encodes no step".to_owned()));
+                return Err(Failed::Open(at_start.to_owned()));
             }
-            let what = "the transition into an unused code".to_owned();
-            claims.push(Claim::never(moved.nodes[node.index()], what));
+            claims.push(Claim::never(moved.nodes[node.index()], later.to_owned()));
         }
         Ok(())
     }
