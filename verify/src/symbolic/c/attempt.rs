@@ -118,8 +118,8 @@ impl<'a> Attempt<'a> {
         Ok(checks)
     }
 
-    /// What must be true after a reaction.
-    pub(super) fn reaction(&mut self) -> Result<Vec<Check>, String> {
+    /// What must be true after a reaction, and of the queries before it if they are asked for.
+    pub(super) fn reaction(&mut self, has_queries: bool) -> Result<Vec<Check>, String> {
         let dt = self.dt()?;
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
@@ -128,7 +128,10 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
-        let mut checks = self.queries(&state, None, &memory)?;
+        let mut checks = Vec::new();
+        if has_queries {
+            checks = self.queries(&state, None, &memory)?;
+        }
         let start = memory.clone();
         self.call("_step", &mut memory, Some(&dt))?;
         if !memory.is_unchanged(&start, INPUTS) {

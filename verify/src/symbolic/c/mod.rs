@@ -42,6 +42,8 @@ pub struct Induction {
     pub obligations: usize,
     /// The number of nodes of the graph in all questions for the solver, a measure of its work.
     work: usize,
+    /// The same for the cases of single questions.
+    split: usize,
 }
 
 impl std::fmt::Display for Induction {
@@ -71,5 +73,6 @@ pub fn prove(
     hint: &Representation,
     limits: &Limits,
 ) -> Result<Induction, String> {
-    Subject { net, facts, unit, hint, limits }.prove()
+    let functions = &question::functions_of(unit);
+    Subject { net, facts, unit, functions, hint, limits }.prove()
 }

@@ -1,6 +1,9 @@
 //! What a proof is about, and its questions.
 
-use grafsynth_c::tree::Unit;
+use std::collections::BTreeMap;
+
+use grafsynth_c::tree::{ItemKind, SymbolId, SymbolKind, Unit};
+use grafsynth_c::walk::each_item;
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
@@ -39,12 +42,36 @@ pub(super) struct Focus {
     pub(super) active: Option<StepId>,
 }
 
+/// The functions of a unit by name, each with its parameters if its body is in the text.
+pub(super) type Functions<'a> = BTreeMap<&'a str, (SymbolId, &'a [SymbolId])>;
+
+/// The functions of a unit by name.
+pub(super) fn functions_of(unit: &Unit) -> Functions<'_> {
+    let mut all = Functions::new();
+    for (id, symbol) in unit.symbols.iter() {
+        if matches!(symbol.kind, SymbolKind::Function(_)) {
+            all.entry(symbol.name.as_str()).or_insert((id, &[]));
+        }
+    }
+    let mut params: BTreeMap<SymbolId, &[SymbolId]> = BTreeMap::new();
+    each_item(&unit.items, &mut |item| {
+        if let ItemKind::Function { symbol, params: own, .. } = &item.kind {
+            params.insert(*symbol, own);
+        }
+    });
+    for (symbol, own) in all.values_mut() {
+        *own = params.get(symbol).copied().unwrap_or_default();
+    }
+    all
+}
+
 /// Everything that a proof is about.
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub(super) net: &'a Valid<Net>,
     pub(super) facts: &'a Facts,
     pub(super) unit: &'a Unit,
+    pub(super) functions: &'a Functions<'a>,
     pub(super) hint: &'a Representation,
     pub(super) limits: &'a Limits,
 }
