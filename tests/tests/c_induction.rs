@@ -213,13 +213,13 @@ fn most_charts_of_all_features_are_proved() {
         tasks: false,
         sharing: false,
         externs: false,
-        wide_integers: false,
+        max_steps: 24,
         ..Features::everything().without_statecharts()
     };
     let (mut n_all, mut n_proved) = (0, 0);
     let mut n_with: BTreeMap<&str, usize> = BTreeMap::new();
     let mut sizes = Vec::new();
-    for seed in 0..rounds(12, 2_000) {
+    for seed in 0..rounds(5, 2_000) {
         let net = random_net(seed, &base.some(seed));
         let Some(package) = emitted(&net, Style::Bits, Io::Members) else { continue };
         n_all += 1;
@@ -231,9 +231,16 @@ fn most_charts_of_all_features_are_proved() {
         }
     }
     sizes.sort_unstable();
-    println!("{n_proved} of {n_all} charts are proved; the median has {} steps; {n_with:?}", sizes[sizes.len() / 2]);
-    assert!(n_proved * 4 >= n_all * 3, "{n_proved} of {n_all}");
-    assert!(n_with.len() == 7 && n_with.values().all(|n| n * 10 >= n_all), "{n_with:?}");
+    println!(
+        "{n_proved} of {n_all} charts are proved; the median has {} steps; {n_with:?}",
+        sizes[sizes.len() / 2]
+    );
+    // A few charts tell nothing about shares.
+    if n_all >= 100 {
+        assert!(n_proved * 10 >= n_all * 8, "{n_proved} of {n_all}");
+        assert!(n_with.len() == 7 && n_with.values().all(|n| n * 10 >= n_all), "{n_with:?}");
+    }
+    assert!(n_proved * 2 >= n_all, "{n_proved} of {n_all}");
 }
 
 /// The text of `own.c`, or the header, with a change.

@@ -10,6 +10,7 @@ use grafsynth_sim::{Random, Stimulus};
 use grafsynth_tests::facts_check::refuted;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
+use grafsynth_verify::cover::cover;
 use grafsynth_verify::{facts, structural_facts};
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
@@ -372,7 +373,8 @@ fn invariants_of_forks_hold_in_every_run() {
     for seed in 0..rounds(120, 20_000) {
         let damage = seed % 3 != 0;
         let net = chart("forked.graf", &forked(seed, damage));
-        let found = structural_facts(&net);
+        let mut found = structural_facts(&net);
+        found.invariants.extend(cover(&net).further);
         for most in [1, 3] {
             let stimulus = Stimulus::random(&net, ROWS, seed, most);
             if let Some(why) = refuted(&net, &found, &stimulus) {

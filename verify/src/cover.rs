@@ -43,8 +43,10 @@ const SEARCH_TURNS: usize = 256;
 pub struct Cover {
     /// Disjoint components, ordered by their first step.
     pub components: Vec<Component>,
-    /// Sets of which exactly one step is active: first the components, then sets that reach through forks and joins.
+    /// Sets of which exactly one step is active: the components that are always active.
     pub invariants: Vec<Invariant>,
+    /// More such sets: they share steps with components and reach through forks and joins.
+    pub further: Vec<Invariant>,
     /// The component of each step.
     pub component_of: IdMap<Step, Option<u32>>,
 }
@@ -81,9 +83,9 @@ fn finish(net: &Net, mut found: Found, more: Vec<Vec<StepId>>) -> Cover {
     }
     let mut seen: BTreeSet<Vec<StepId>> = invariants.iter().map(|it| it.steps.clone()).collect();
     let fresh = more.into_iter().filter(|steps| seen.insert(steps.clone()));
-    let fresh = fresh.map(|steps| Invariant { steps, count: 1, by: Proof::Structural });
-    invariants.extend(fresh.collect::<Vec<_>>());
-    Cover { components, invariants, component_of }
+    let further = fresh.map(|steps| Invariant { steps, count: 1, by: Proof::Structural });
+    let further = further.collect();
+    Cover { components, invariants, further, component_of }
 }
 
 /// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation

@@ -81,7 +81,8 @@ impl<'a> Attempt<'a> {
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
         };
-        let singles = of.facts.invariants.iter().filter(|invariant| invariant.count == 1);
+        let all = of.facts.invariants.iter().chain(of.further);
+        let singles = all.filter(|invariant| invariant.count == 1);
         for invariant in singles {
             let steps = invariant.steps.iter().map(|step| this.state.active[step.index()]);
             this.invariants.push((steps.collect(), None));

@@ -28,6 +28,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
 
+use crate::cover::cover;
 use crate::limits::Limits;
 use question::Subject;
 
@@ -74,5 +75,6 @@ pub fn prove(
     limits: &Limits,
 ) -> Result<Induction, String> {
     let functions = &question::functions_of(unit);
-    Subject { net, facts, unit, functions, hint, limits }.prove()
+    let further = &cover(net).further;
+    Subject { net, facts, further, unit, functions, hint, limits }.prove()
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use grafsynth_c::tree::{ItemKind, SymbolId, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::Valid;
-use grafsynth_ir::facts::Facts;
+use grafsynth_ir::facts::{Facts, Invariant};
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{Net, StepId};
 
@@ -70,6 +70,8 @@ pub(super) fn functions_of(unit: &Unit) -> Functions<'_> {
 pub(super) struct Subject<'a> {
     pub(super) net: &'a Valid<Net>,
     pub(super) facts: &'a Facts,
+    /// Invariants beside those of the facts.
+    pub(super) further: &'a [Invariant],
     pub(super) unit: &'a Unit,
     pub(super) functions: &'a Functions<'a>,
     pub(super) hint: &'a Representation,
