@@ -139,7 +139,7 @@ fn fork(n_branches: usize, n_steps: usize) -> String {
 
 #[test]
 fn branches_between_a_fork_and_a_join_are_proved() {
-    for (n_branches, n_steps) in [(3, 10), (3, 40), (8, 6)] {
+    for (n_branches, n_steps) in [(3, 10), (8, 6), (3, rounds(12, 60) as usize)] {
         let net = chart("fork.graf", &fork(n_branches, n_steps));
         for style in [Style::Switch, Style::Tables] {
             let Some(package) = emitted(&net, style, Io::Members) else { continue };
@@ -213,13 +213,13 @@ fn most_charts_of_all_features_are_proved() {
         tasks: false,
         sharing: false,
         externs: false,
-        max_steps: 24,
+        max_steps: rounds(12, 24) as usize,
         ..Features::everything().without_statecharts()
     };
     let (mut n_all, mut n_proved) = (0, 0);
     let mut n_with: BTreeMap<&str, usize> = BTreeMap::new();
     let mut sizes = Vec::new();
-    for seed in 0..rounds(5, 2_000) {
+    for seed in 7..7 + rounds(6, 2_000) {
         let net = random_net(seed, &base.some(seed));
         let Some(package) = emitted(&net, Style::Bits, Io::Members) else { continue };
         n_all += 1;
