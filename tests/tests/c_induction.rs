@@ -139,7 +139,7 @@ fn fork(n_branches: usize, n_steps: usize) -> String {
 
 #[test]
 fn branches_between_a_fork_and_a_join_are_proved() {
-    for (n_branches, n_steps) in [(3, 10), (8, 6), (3, rounds(12, 60) as usize)] {
+    for (n_branches, n_steps) in [(3, rounds(8, 60) as usize), (5, 4)] {
         let net = chart("fork.graf", &fork(n_branches, n_steps));
         for style in [Style::Switch, Style::Tables] {
             let Some(package) = emitted(&net, style, Io::Members) else { continue };
@@ -219,7 +219,7 @@ fn most_charts_of_all_features_are_proved() {
     let (mut n_all, mut n_proved) = (0, 0);
     let mut n_with: BTreeMap<&str, usize> = BTreeMap::new();
     let mut sizes = Vec::new();
-    for seed in 7..7 + rounds(6, 2_000) {
+    for seed in 7..7 + rounds(4, 2_000) {
         let net = random_net(seed, &base.some(seed));
         let Some(package) = emitted(&net, Style::Bits, Io::Members) else { continue };
         n_all += 1;
