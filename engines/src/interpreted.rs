@@ -8,13 +8,15 @@ use grafsynth_ir::net::{InputKind, Net};
 use grafsynth_ir::{Span, Valid};
 use grafsynth_sim::{InputRow, Row, TraceLayout};
 use grafsynth_verify::Limits;
-use grafsynth_verify::c_code::{Interpreter, Shown, Snapshot, Stuck};
+use grafsynth_verify::c_code::{Functions, Interpreter, Shown, Snapshot, Stuck};
 use std::collections::BTreeMap;
 
 /// A text to execute.
 pub struct Text<'a> {
     /// Its tree, for a 64-bit host.
     pub unit: &'a Unit,
+    /// Its functions.
+    pub functions: &'a Functions<'a>,
     /// How it represents the net; without a state if that is not known.
     pub hint: &'a Representation,
     /// What is proved about the net.
@@ -50,7 +52,14 @@ impl<'n> Tree<'n> {
         interface: &'n Representation,
     ) -> Result<(Tree<'n>, String, Instance), Trouble> {
         let state = &text.hint.state;
-        let made = Interpreter::new(net, text.facts, text.unit, interface, state, text.limits);
+        let made = Interpreter::new(
+            net,
+            text.facts,
+            (text.unit, text.functions),
+            interface,
+            state,
+            text.limits,
+        );
         let interpreter = made.map_err(not_executed)?;
         let mut var_places = Vec::new();
         let mut n_values = 0;

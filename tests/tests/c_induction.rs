@@ -6,10 +6,11 @@
 use grafsynth_backend_c::{Io, Options, Package, Style, emit};
 use grafsynth_driver::c_proof::prove_c;
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Evolution, Leaf, Net, Policy};
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, facts};
+use std::collections::BTreeMap;
 
 /// Realistic charts.
 const CHARTS: [(&str, &str); 5] = [
@@ -104,6 +105,74 @@ fn many_steps_and_inputs_are_proved() {
     }
 }
 
+/// Branches between a fork and a join, each moved by its own input, with times in one of them.
+fn fork(n_branches: usize, n_steps: usize) -> String {
+    let list = |text: &dyn Fn(usize) -> String, by: &str| {
+        (0..n_branches).map(text).collect::<Vec<_>>().join(by)
+    };
+    let inputs = list(&|branch| format!("i{branch}"), ", ");
+    let mut text = format!(
+        "chart fork {{ tick 10 ms evolution single conflict priority input go, {inputs} output q, r\ninitial step s\nstep e {{ q }}\n"
+    );
+    let firsts = list(&|branch| format!("b{branch}_0"), " & ");
+    let lasts = list(&|branch| format!("b{branch}_{}", n_steps - 1), " & ");
+    for branch in 0..n_branches {
+        for at in 0..n_steps {
+            text.push_str(&format!(
+                "step b{branch}_{at} {{ {} }}\n",
+                if at % 2 == 1 { "r" } else { "" }
+            ));
+            let after = if branch == 1 && at % 4 == 0 { " after 2 s" } else { "" };
+            if at + 1 < n_steps {
+                text.push_str(&format!(
+                    "b{branch}_{at} -> b{branch}_{} when i{branch}{after}\n",
+                    at + 1
+                ));
+            }
+        }
+    }
+    text.push_str(&format!(
+        "s -> {firsts} when go\n{lasts} -> e\ne -> s when not go after 3 s\n}}"
+    ));
+    text
+}
+
+#[test]
+fn branches_between_a_fork_and_a_join_are_proved() {
+    for (n_branches, n_steps) in [(3, rounds(8, 60) as usize), (5, 4)] {
+        let net = chart("fork.graf", &fork(n_branches, n_steps));
+        for style in [Style::Switch, Style::Tables] {
+            let Some(package) = emitted(&net, style, Io::Members) else { continue };
+            if let Err(why) = proved(&net, &package) {
+                panic!("{n_branches} branches of {n_steps} steps as {}: {why}", package.style);
+            }
+        }
+    }
+}
+
+/// What the invariants of branches exclude is not excluded where another transition leaves or enters a branch.
+#[test]
+fn a_text_that_is_wrong_only_in_a_broken_fork_is_not_proved() {
+    let chart_of = |more: &str| {
+        let text = fork(2, 3);
+        let text = text.replacen("e -> s when", &format!("{more}\ne -> s when"), 1);
+        chart("fork.graf", &text)
+    };
+    // Wrong only if `s` is active together with a step of the second branch.
+    let body = "own_in_t *in, uint16_t dt, own_out_t *out)\n{\n";
+    let wrong = "    if (own_active_s(self) && own_active_b1_2(self)) { return; }\n";
+    let fate = |more: &str| {
+        let net = chart_of(more);
+        let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+        assert!(proved(&net, &package).is_ok(), "{more}: {:?}", proved(&net, &package));
+        proved(&net, &changed(&package, "own.c", body, &format!("{body}{wrong}")))
+    };
+    assert!(fate("").is_ok(), "{:?}", fate(""));
+    for more in ["b0_1 -> s when i1", "b0_2 -> e when go and i1"] {
+        assert!(fate(more).is_err(), "{more}");
+    }
+}
+
 #[test]
 fn random_charts_are_proved() {
     let mut n_proved = 0;
@@ -119,6 +188,59 @@ fn random_charts_are_proved() {
     }
     println!("{n_proved} texts proved");
     assert!(n_proved > 30);
+}
+
+/// The features that a chart may have, for the count below.
+fn features_of(net: &Net) -> Vec<&'static str> {
+    let transitions = || net.transitions.values();
+    let reads_time = transitions().any(|it| it.guard.leaves().any(Leaf::is_time));
+    let all = [
+        ("timer", reads_time || !net.timers.is_empty()),
+        ("age", net.settings.policy == Policy::PriorityAge),
+        ("event", net.inputs.values().any(|input| input.kind.is_event())),
+        ("fork", transitions().any(|it| it.enters.len() > 1)),
+        ("list", net.statements().next().is_some()),
+        ("int", net.vars.values().any(|var| !var.ty.is_bool())),
+        ("stable", net.settings.evolution != Evolution::Single),
+    ];
+    all.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
+}
+
+/// The share of charts with all features of Grafcet, except calls and tasks, whose C is proved; the rest stays open, which is no error.
+#[test]
+fn most_charts_of_all_features_are_proved() {
+    let base = Features {
+        tasks: false,
+        sharing: false,
+        externs: false,
+        max_steps: rounds(12, 24) as usize,
+        ..Features::everything().without_statecharts()
+    };
+    let (mut n_all, mut n_proved) = (0, 0);
+    let mut n_with: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut sizes = Vec::new();
+    for seed in 7..7 + rounds(4, 2_000) {
+        let net = random_net(seed, &base.some(seed));
+        let Some(package) = emitted(&net, Style::Bits, Io::Members) else { continue };
+        n_all += 1;
+        sizes.push(net.steps.len());
+        features_of(&net).into_iter().for_each(|name| *n_with.entry(name).or_default() += 1);
+        match proved(&net, &package) {
+            Ok(()) => n_proved += 1,
+            Err(why) => println!("seed {seed}: {why}"),
+        }
+    }
+    sizes.sort_unstable();
+    println!(
+        "{n_proved} of {n_all} charts are proved; the median has {} steps; {n_with:?}",
+        sizes[sizes.len() / 2]
+    );
+    // A few charts tell nothing about shares.
+    if n_all >= 100 {
+        assert!(n_proved * 10 >= n_all * 8, "{n_proved} of {n_all}");
+        assert!(n_with.len() == 7 && n_with.values().all(|n| n * 10 >= n_all), "{n_with:?}");
+    }
+    assert!(n_proved * 2 >= n_all, "{n_proved} of {n_all}");
 }
 
 /// The text of `own.c`, or the header, with a change.

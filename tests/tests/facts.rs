@@ -10,6 +10,7 @@ use grafsynth_sim::{Random, Stimulus};
 use grafsynth_tests::facts_check::refuted;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
+use grafsynth_verify::cover::cover;
 use grafsynth_verify::{facts, structural_facts};
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
@@ -284,4 +285,109 @@ fn large_irregular_charts_are_covered() {
         let stimulus = Stimulus::random(&net, 300, *seed, 1);
         assert_eq!(refuted(&net, &found, &stimulus), None, "seed {seed}");
     });
+}
+
+/// A block of steps between a first and a last step, with forks in forks, as text. Returns both steps.
+fn block(random: &mut Random, depth: usize, n: &mut usize, text: &mut String) -> (usize, usize) {
+    let mut step = |text: &mut String| {
+        *n += 1;
+        text.push_str(&format!("step s{n}\n"));
+        *n
+    };
+    let first = step(text);
+    let mut last = first;
+    for _ in 0..1 + random.below(3) {
+        let input = random.below(4);
+        if depth > 0 && random.one_in(2) {
+            let mut ends = Vec::new();
+            for _ in 0..2 + random.below(2) {
+                ends.push(block(random, depth - 1, n, text));
+            }
+            let firsts = ends.iter().map(|(first, _)| format!("s{first}")).join(" & ");
+            let lasts = ends.iter().map(|(_, last)| format!("s{last}")).join(" & ");
+            *n += 1;
+            text.push_str(&format!(
+                "step s{n}\ns{last} -> {firsts} when i{input}\n{lasts} -> s{n}\n"
+            ));
+        } else {
+            *n += 1;
+            let again = random.one_in(3);
+            text.push_str(&format!("step s{n}\ns{last} -> s{n} when i{input}\n"));
+            if again {
+                text.push_str(&format!(
+                    "s{n} -> s{last} when not i{input} and i{}\n",
+                    random.below(4)
+                ));
+            }
+        }
+        last = *n;
+    }
+    (first, last)
+}
+
+/// A chart with forks; with `damage`, some transitions from anywhere to anywhere are added, and perhaps another initial step.
+fn forked(seed: u64, damage: bool) -> String {
+    let mut random = Random::new(seed);
+    let policy = ["all", "priority", "priority-age"][random.below(3)];
+    let evolution = ["single", "stable"][random.below(2)];
+    let (mut n, mut body) = (0, String::new());
+    let (first, last) = block(&mut random, 2, &mut n, &mut body);
+    let mut text =
+        format!("chart forked {{ conflict {policy} evolution {evolution} input i0, i1, i2, i3\n");
+    body.push_str(&format!("s{last} -> s{first} when i0 and not i1\n"));
+    let mut starts = vec![first];
+    if damage {
+        for _ in 0..1 + random.below(2) {
+            let list = |random: &mut Random| {
+                let steps: BTreeSet<usize> =
+                    (0..1 + random.below(2)).map(|_| 1 + random.below(n)).collect();
+                steps.into_iter().map(|step| format!("s{step}")).join(" & ")
+            };
+            let (from, to) = (list(&mut random), list(&mut random));
+            body.push_str(&format!(
+                "{from} -> {to} when i{} and i{}\n",
+                random.below(4),
+                random.below(4)
+            ));
+        }
+        if random.one_in(4) {
+            starts.push(1 + random.below(n));
+        }
+    }
+    for step in starts {
+        let plain = format!("step s{step}\n");
+        body = body
+            .replacen(&plain, &format!("initial {plain}"), 1)
+            .replace("initial initial", "initial");
+    }
+    text.push_str(&body);
+    text.push('}');
+    text
+}
+
+/// The invariants that reach through forks: no run speaks against them, also where transitions were added that break some of them; and without such transitions,
+/// each step is in one.
+#[test]
+fn invariants_of_forks_hold_in_every_run() {
+    let (mut n_whole, mut n_kept) = (0, 0);
+    for seed in 0..rounds(120, 20_000) {
+        let damage = seed % 3 != 0;
+        let net = chart("forked.graf", &forked(seed, damage));
+        let mut found = structural_facts(&net);
+        found.invariants.extend(cover(&net).further);
+        for most in [1, 3] {
+            let stimulus = Stimulus::random(&net, ROWS, seed, most);
+            if let Some(why) = refuted(&net, &found, &stimulus) {
+                panic!("seed {seed}: {why}\n{}", readable(&net));
+            }
+        }
+        let is_in = |step| found.invariants.iter().any(|one| one.steps.contains(&step));
+        if damage {
+            n_kept += usize::from(found.invariants.len() > 1);
+        } else {
+            n_whole += usize::from(net.steps.ids().all(is_in));
+        }
+    }
+    println!("{n_whole} charts with invariants for all steps, {n_kept} damaged charts with some");
+    assert!(n_whole as u64 >= rounds(20, 3_000) && n_kept > 3, "{n_whole}, {n_kept}");
 }

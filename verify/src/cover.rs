@@ -21,7 +21,7 @@
 //!   It is an equally good component.
 //!
 //! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded amount of backtracking looks for the sets. Every returned
-//! component satisfies the conditions above by construction.
+//! component satisfies the conditions above by construction. The branches that were set aside also give [`invariants`] that reach through forks and joins.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -30,6 +30,9 @@ use grafsynth_ir::facts::{Component, Invariant, Proof};
 use grafsynth_ir::net::{ForcingOrder, Net, Step, StepId, StepKind, TransitionKind};
 
 use crate::exclusive;
+use invariants::{Branch, derived};
+
+mod invariants;
 
 /// The maximum number of places of a set during the search, and the maximum number of backtracking steps.
 const SEARCH_PLACES: usize = 4096;
@@ -40,8 +43,10 @@ const SEARCH_TURNS: usize = 256;
 pub struct Cover {
     /// Disjoint components, ordered by their first step.
     pub components: Vec<Component>,
-    /// Sets of which exactly one step is active.
+    /// Sets of which exactly one step is active: the components that are always active.
     pub invariants: Vec<Invariant>,
+    /// More such sets: they share steps with components and reach through forks and joins.
+    pub further: Vec<Invariant>,
     /// The component of each step.
     pub component_of: IdMap<Step, Option<u32>>,
 }
@@ -49,15 +54,17 @@ pub struct Cover {
 /// Finds disjoint sequential components of any net from its structure alone.
 #[must_use]
 pub fn cover(net: &Net) -> Cover {
-    let found =
-        if net.settings.policy.is_statechart() { regions(net) } else { Reduction::of(net).run() };
-    finish(net, found)
+    if net.settings.policy.is_statechart() {
+        return finish(net, regions(net), Vec::new());
+    }
+    let (found, more) = Reduction::of(net).run();
+    finish(net, found, more)
 }
 
 /// Sets of steps that contain at most one token; true if the set always contains one.
 type Found = Vec<(Vec<StepId>, bool)>;
 
-fn finish(net: &Net, mut found: Found) -> Cover {
+fn finish(net: &Net, mut found: Found, more: Vec<Vec<StepId>>) -> Cover {
     for (steps, _) in &mut found {
         steps.sort_unstable();
     }
@@ -74,7 +81,11 @@ fn finish(net: &Net, mut found: Found) -> Cover {
         }
         components.push(Component { steps, always, by: Proof::Structural });
     }
-    Cover { components, invariants, component_of }
+    let mut seen: BTreeSet<Vec<StepId>> = invariants.iter().map(|it| it.steps.clone()).collect();
+    let fresh = more.into_iter().filter(|steps| seen.insert(steps.clone()));
+    let further = fresh.map(|steps| Invariant { steps, count: 1, by: Proof::Structural });
+    let further = further.collect();
+    Cover { components, invariants, further, component_of }
 }
 
 /// For a statechart: the top-level states of a chart, and the children of each composite state. A transition replaces one by another (validation
@@ -163,6 +174,8 @@ struct Reduction<'a> {
     leader: Vec<u32>,
     /// For a place set aside by the parallel rule: the place that was kept.
     twin: Vec<Option<u32>>,
+    /// The steps of both places when the parallel rule set one aside, by its number.
+    branches: BTreeMap<u32, Branch>,
     moves: Vec<Move>,
     queue: VecDeque<u32>,
     /// Places whose signature may have changed.
@@ -230,6 +243,7 @@ impl<'a> Reduction<'a> {
             net,
             leader: (0..n_places).collect(),
             twin: vec![None; places.len()],
+            branches: BTreeMap::new(),
             queue: (0..moves.len() as u32).collect(),
             dirty: (0..n_places).collect(),
             places,
@@ -246,7 +260,8 @@ impl<'a> Reduction<'a> {
         place
     }
 
-    fn run(mut self) -> Found {
+    /// The components, and the sets with one token that are no components.
+    fn run(mut self) -> (Found, Vec<Vec<StepId>>) {
         for place in 0..self.places.len() as u32 {
             if self.places[place as usize].is_out {
                 self.exclude(place);
@@ -401,6 +416,9 @@ impl<'a> Reduction<'a> {
             match noted.get(&signature) {
                 Some(stays) => {
                     self.twin[place as usize] = Some(*stays);
+                    let steps = self.places[place as usize].steps.clone();
+                    let like = self.places[*stays as usize].steps.clone();
+                    self.branches.insert(place, Branch { steps, like });
                     applied = true;
                     let touching = self.places[place as usize].touching.clone();
                     self.queue.extend(touching);
@@ -413,8 +431,12 @@ impl<'a> Reduction<'a> {
         applied
     }
 
-    fn components(mut self) -> Found {
+    fn components(mut self) -> (Found, Vec<Vec<StepId>>) {
         let mut found = Found::new();
+        // For each place in a set that always contains one token, the first such set.
+        let mut always_one: BTreeMap<u32, Vec<StepId>> = BTreeMap::new();
+        // Sets that share steps with an earlier component.
+        let mut shared: Vec<Vec<StepId>> = Vec::new();
         // Places in a component: their twins are components too.
         let mut is_proved = vec![false; self.places.len()];
         let mut is_taken = vec![false; self.places.len()];
@@ -432,9 +454,21 @@ impl<'a> Reduction<'a> {
             let Some((set, is_lossy)) = self.grow(place, &is_taken, &mut turns) else { continue };
             let Some(always) = self.token(&set, is_lossy) else { continue };
             let n_set = set.len();
+            let all: Vec<StepId> = set
+                .iter()
+                .flat_map(|member| self.places[*member as usize].steps.iter().copied())
+                .collect();
+            if always {
+                for member in &set {
+                    always_one.entry(*member).or_insert_with(|| all.clone());
+                }
+            }
             let fresh: Vec<u32> =
                 set.into_iter().filter(|member| !is_taken[*member as usize]).collect();
             let is_whole = fresh.len() == n_set;
+            if always && !is_whole {
+                shared.push(all);
+            }
             let mut steps = Vec::new();
             for member in fresh {
                 is_taken[member as usize] = true;
@@ -455,7 +489,13 @@ impl<'a> Reduction<'a> {
                 found.push((self.places[place as usize].steps.clone(), false));
             }
         }
-        found
+        let branches = std::mem::take(&mut self.branches);
+        let branches = branches.into_iter().filter_map(|(place, branch)| {
+            let stays = self.twin[place as usize]?;
+            Some((place, (self.find(stays), branch)))
+        });
+        let branches = branches.collect();
+        (found, derived(self.net, shared, &always_one, &branches))
     }
 
     /// `None` if the set may contain several tokens; otherwise, true if it always contains one.

@@ -16,7 +16,7 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Span, Valid};
-use grafsynth_verify::c_code::Induction;
+use grafsynth_verify::c_code::{Induction, functions_of};
 use grafsynth_verify::{Limits, Open, OpenReason};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -216,7 +216,15 @@ impl One<'_> {
         if edited.unreadable.is_some() {
             hint.state.clear();
         }
-        let text = Text { unit: &edited.unit, hint: &hint, facts, limits, place: &place };
+        let functions = functions_of(&edited.unit);
+        let text = Text {
+            unit: &edited.unit,
+            functions: &functions,
+            hint: &hint,
+            facts,
+            limits,
+            place: &place,
+        };
         exhaustive::check_text(name, net, &edited.package, &text, read)
     }
 }

@@ -1,6 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that equal structures are one node, and an equivalence check.
 
 use std::cell::Cell;
+use std::collections::BTreeSet;
 
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
@@ -172,6 +173,47 @@ impl Aig {
     pub(crate) fn or_all(&mut self, all: impl IntoIterator<Item = Lit>) -> Lit {
         let negated: Vec<Lit> = all.into_iter().map(|lit| !lit).collect();
         !self.and_all(negated)
+    }
+
+    /// The functions of which a function is the disjunction by structure, if there are at most `limit`; otherwise, and if it is none, only itself.
+    pub(crate) fn disjuncts(&self, root: Lit, limit: usize) -> BTreeSet<Lit> {
+        let mut all = BTreeSet::new();
+        let mut todo = vec![!root];
+        while let Some(lit) = todo.pop() {
+            match self.operands(lit.node()) {
+                Some((a, b)) if !lit.is_negated() => todo.extend([a, b]),
+                Some(_) | None => {
+                    all.insert(!lit);
+                }
+            }
+            if all.len() + todo.len() > limit {
+                return BTreeSet::from([root]);
+            }
+        }
+        all
+    }
+
+    /// True if the structure shows that a function implies one of these functions. Each node that is looked at is taken from `budget`.
+    pub(crate) fn implies_one(
+        &self,
+        lit: Lit,
+        of: &BTreeSet<Lit>,
+        depth: u32,
+        budget: &mut usize,
+    ) -> bool {
+        if of.contains(&lit) {
+            return true;
+        }
+        let (Some((a, b)), Some(depth)) = (self.operands(lit.node()), depth.checked_sub(1)) else {
+            return false;
+        };
+        let Some(left) = budget.checked_sub(1) else { return false };
+        *budget = left;
+        if lit.is_negated() {
+            self.implies_one(!a, of, depth, budget) && self.implies_one(!b, of, depth, budget)
+        } else {
+            self.implies_one(a, of, depth, budget) || self.implies_one(b, of, depth, budget)
+        }
     }
 
     /// The operands of a node; `None` for a variable and for the constant.

@@ -15,6 +15,11 @@ use crate::symbolic::aig::{Aig, Lit};
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
 const ALL_NODES: usize = 400_000;
+/// The maximum number of nodes of the graph in all cases of a question, and of all questions of a proof.
+const SPLIT_NODES: usize = 400_000;
+const ALL_SPLIT_NODES: usize = 6_000_000;
+/// The conflicts in one case of a question.
+const FEW_CONFLICTS: u64 = 500;
 /// The maximum number of steps whose pairs are all examined, and of situations that are searched for these pairs.
 const MAX_PAIRED: usize = 200;
 const MAX_SITUATIONS: usize = 5_000;
@@ -59,7 +64,7 @@ impl Attempt<'_> {
         }
         let limits = Limits { conflicts, ..self.of.limits.clone() };
         let broken = check.broken;
-        let answer = self.with_model(|this| this.satisfiable(broken, &limits));
+        let answer = self.with_model(|this| this.satisfiable(broken, &[], &limits));
         let what = self.describe(&check.question);
         match answer {
             Some(None) => {
@@ -75,8 +80,73 @@ impl Attempt<'_> {
         }
     }
 
-    pub(super) fn satisfiable(&mut self, broken: Lit, limits: &Limits) -> Option<Option<Vec<Lit>>> {
-        let support = self.model.maker.aig.support(&[broken], CONE)?;
+    /// True if the condition of a check is never true in any of the cases of a component: in each of them, its steps are constants in the condition. False also if
+    /// the limits are reached.
+    pub(super) fn settle_by_cases(
+        &mut self,
+        check: &Check,
+        component: usize,
+        total: &mut Induction,
+    ) -> bool {
+        let facts = self.of.facts;
+        let Some(data) = facts.components.get(component) else { return false };
+        let size = self.program.aig.size(check.broken, CONE).unwrap_or(CONE);
+        let nodes = size.saturating_mul(data.steps.len() + 1);
+        total.split = total.split.saturating_add(nodes);
+        if nodes > SPLIT_NODES || total.split > ALL_SPLIT_NODES {
+            return false;
+        }
+        let own: Vec<Lit> = data.steps.iter().map(|it| self.state.active[it.index()]).collect();
+        // A step that is never active is constant; all others are variables.
+        if own.iter().any(|lit| *lit != Lit::FALSE && !self.model.name_of.contains_key(lit)) {
+            return false;
+        }
+        let limits = Limits { conflicts: FEW_CONFLICTS, ..self.of.limits.clone() };
+        let mut active: Vec<Lit> = own.iter().copied().filter(|it| *it != Lit::FALSE).collect();
+        let variables = active.clone();
+        if !data.always {
+            active.push(Lit::FALSE);
+        }
+        for active in active {
+            let is_active = |lit: &Lit| Lit::constant(*lit == active);
+            let instead = variables.iter().map(|lit| (*lit, is_active(lit))).collect();
+            let broken = self.program.aig.substitute(&[check.broken], &instead);
+            let Some(broken) = broken.first().copied() else { return false };
+            if broken == Lit::FALSE {
+                continue;
+            }
+            let size = self.program.aig.size(broken, CONE).unwrap_or(CONE);
+            total.work = total.work.saturating_add(size);
+            if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
+                return false;
+            }
+            let case: Vec<Lit> =
+                variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
+            let answer = self.with_model(|this| this.satisfiable(broken, &case, &limits));
+            if !matches!(answer, Some(None)) {
+                return false;
+            }
+        }
+        let is_obligation = matches!(check.question, Question::Obligation(..));
+        total.solved += usize::from(!is_obligation);
+        total.obligations += usize::from(is_obligation);
+        true
+    }
+
+    /// Whether a condition can be true in a case: literals of steps that are true.
+    pub(super) fn satisfiable(
+        &mut self,
+        broken: Lit,
+        case: &[Lit],
+        limits: &Limits,
+    ) -> Option<Option<Vec<Lit>>> {
+        let mut support = self.model.maker.aig.support(&[broken], CONE)?;
+        support.extend(
+            case.iter()
+                .filter(|lit| !lit.is_negated() && !support.contains(lit))
+                .copied()
+                .collect::<Vec<_>>(),
+        );
         let (mut holds, mut clauses) = self.model.invariants(self.of.facts, &support);
         for (steps, made) in &mut self.invariants {
             if support.iter().any(|lit| steps.contains(lit)) {
@@ -90,6 +160,7 @@ impl Attempt<'_> {
                 holds.push(*fits);
             }
         }
+        holds.extend(case);
         holds.push(broken);
         let rank = |lit: Lit| {
             let own = self.bit_of.get(&lit).or_else(|| self.model.bit_of.get(&lit));
@@ -134,6 +205,10 @@ impl Attempt<'_> {
             Question::Output(at) => {
                 let output = self.of.hint.outputs[*at].0;
                 format!("output `{}` may differ from the chart", self.of.net.outputs[output].name)
+            }
+            Question::Stopped(at) => {
+                let output = &self.of.net.outputs[self.of.hint.outputs[*at].0];
+                format!("output `{}` may not have its safe value after `NAME_stop`", output.name)
             }
             Question::Fault => "the fault flag may differ from the chart".to_owned(),
             Question::Active(at) => {

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use grafsynth_c::tree::types::IntKind;
 use grafsynth_c::tree::{BinaryOp, Expr, ExprKind, LogicalOp, Place, PlaceKind, UnaryOp};
 use grafsynth_c::walk::{Node, expr_parts, place_parts};
 use grafsynth_ir::expr::CompareOp;
@@ -53,19 +54,28 @@ impl<'u> Program<'u> {
         }
     }
 
-    /// Excludes all other values of the cell that the expression reads.
+    /// Excludes all other values of the cell that the expression reads or shifts.
     pub(super) fn assume_one_of(&mut self, on: &'u Expr, values: &[i128], memory: &mut Memory) {
         self.keep(on, memory, |own| values.binary_search(&own).is_ok());
     }
 
     fn keep(&mut self, expr: &'u Expr, memory: &mut Memory, is_possible: impl Fn(i128) -> bool) {
-        let machine = self.unit.machine;
-        let mut kinds = Vec::new();
+        let mut links = Vec::new();
         let mut inner = expr;
-        while let ExprKind::Convert(part) | ExprKind::Cast(_, part) = &inner.kind {
-            let Some(kind) = self.unit.integer(&inner.ty) else { return };
-            kinds.push(kind);
-            inner = part;
+        loop {
+            match &inner.kind {
+                ExprKind::Convert(part) | ExprKind::Cast(_, part) => {
+                    let Some(kind) = self.unit.integer(&inner.ty) else { return };
+                    links.push(Link::Convert(kind));
+                    inner = part;
+                }
+                ExprKind::Binary(op @ (BinaryOp::Shr | BinaryOp::BitAnd), part, by) => {
+                    let Some(by) = self.unit.constant(by) else { return };
+                    links.push(if *op == BinaryOp::Shr { Link::Shift(by) } else { Link::Mask(by) });
+                    inner = part;
+                }
+                _ => break,
+            }
         }
         let ExprKind::Read(place) = &inner.kind else { return };
         if !is_plain(place) {
@@ -77,12 +87,13 @@ impl<'u> Program<'u> {
         let Ok(cell) = self.at(*address, memory) else { return };
         let Some(Scalar::Int(value)) = &cell.value else { return };
         let (Some(cases), None) = (value.cases(), value.as_constant()) else { return };
-        // The conversions around the cell must not change its values.
-        if cases.iter().any(|(own, _)| kinds.iter().any(|kind| machine.wrap(*own, *kind) != *own)) {
-            return;
-        }
-        let kept: Vec<(i128, Lit)> =
-            cases.iter().filter(|(own, _)| is_possible(*own)).copied().collect();
+        let seen: Option<Vec<(i128, Lit, i128)>> = cases
+            .iter()
+            .map(|(own, when)| Some((*own, *when, self.through(&links, *own)?)))
+            .collect();
+        let Some(seen) = seen else { return };
+        let kept = seen.into_iter().filter(|(_, _, seen)| is_possible(*seen));
+        let kept: Vec<(i128, Lit)> = kept.map(|(own, when, _)| (own, when)).collect();
         if kept.is_empty() || kept.len() == cases.len() {
             return;
         }
@@ -94,6 +105,24 @@ impl<'u> Program<'u> {
         let part = Cell { value, unset: cell.unset, whole: Some(cell.clone()) };
         memory.put(object, address.cell, Rc::new(part));
     }
+
+    /// What operations make of a value, the last one first; `None` if a conversion changes it or an operation is not one on numbers from 0 on.
+    fn through(&self, links: &[Link], own: i128) -> Option<i128> {
+        links.iter().rev().try_fold(own, |value, link| match link {
+            Link::Convert(kind) => (self.unit.machine.wrap(value, *kind) == value).then_some(value),
+            Link::Shift(by) if value >= 0 && (0..64).contains(by) => Some(value >> by),
+            Link::Mask(mask) if value >= 0 && *mask >= 0 => Some(value & mask),
+            Link::Shift(_) | Link::Mask(_) => None,
+        })
+    }
+}
+
+/// An operation between a cell and a condition, with a constant.
+enum Link {
+    Convert(IntKind),
+    /// To the right.
+    Shift(i128),
+    Mask(i128),
 }
 
 /// True if evaluating the expression may change memory.

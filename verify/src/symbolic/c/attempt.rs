@@ -81,7 +81,8 @@ impl<'a> Attempt<'a> {
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
         };
-        let singles = of.facts.invariants.iter().filter(|invariant| invariant.count == 1);
+        let all = of.facts.invariants.iter().chain(of.further);
+        let singles = all.filter(|invariant| invariant.count == 1);
         for invariant in singles {
             let steps = invariant.steps.iter().map(|step| this.state.active[step.index()]);
             this.invariants.push((steps.collect(), None));
@@ -118,8 +119,8 @@ impl<'a> Attempt<'a> {
         Ok(checks)
     }
 
-    /// The checks after a reaction.
-    pub(super) fn reaction(&mut self) -> Result<Vec<Check>, String> {
+    /// The checks after a reaction, and, if requested, those of the queries and of `NAME_stop` before it.
+    pub(super) fn reaction(&mut self, has_queries: bool) -> Result<Vec<Check>, String> {
         let dt = self.dt()?;
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
@@ -128,8 +129,11 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
-        let mut checks = self.queries(&state, None, &memory)?;
-        checks.extend(self.stopped(&memory)?);
+        let mut checks = Vec::new();
+        if has_queries {
+            checks = self.queries(&state, None, &memory)?;
+            checks.extend(self.stopped(&memory)?);
+        }
         let start = memory.clone();
         self.call("_step", &mut memory, Some(&dt))?;
         if !memory.is_unchanged(&start, INPUTS) {

@@ -78,7 +78,16 @@ impl Subject<'_> {
         total: &mut Induction,
     ) -> Result<BTreeMap<usize, BTreeSet<Question>>, String> {
         let mut attempt = Attempt::new(self, focus)?;
-        let checks = attempt.reaction()?;
+        let is_of_query = |question: &Question| {
+            matches!(
+                question,
+                Question::Active(_)
+                    | Question::Var(_)
+                    | Question::Stopped(_)
+                    | Question::Obligation(..)
+            )
+        };
+        let checks = attempt.reaction(only.is_none_or(|only| only.iter().any(is_of_query)))?;
         let mut open: BTreeMap<usize, BTreeSet<Question>> = BTreeMap::new();
         for check in checks {
             if only.is_some_and(|only| !only.contains(&check.question)) {
@@ -97,6 +106,9 @@ impl Subject<'_> {
             let Some(why) = why else { continue };
             match component {
                 Some(component) => {
+                    if attempt.settle_by_cases(&check, component, total) {
+                        continue;
+                    }
                     open.entry(component).or_default().insert(check.question);
                 }
                 None => return Err(why),

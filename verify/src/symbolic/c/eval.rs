@@ -445,9 +445,11 @@ impl<'u> Program<'u> {
             let negative = value::compare(&mut self.aig, CompareOp::Lt, a, &Int::constant(0));
             self.oblige(negative, "shifts a negative number to the left", loc);
         }
-        let Some(amounts) = b.cases() else {
-            return Err("a shift by a number that is not a constant".to_owned());
-        };
+        let amounts = b.cases().unwrap_or_else(|| {
+            let (least, largest) = b.number(&mut self.aig).bounds();
+            let all = least.max(0)..=largest.min(i128::from(bits) - 1);
+            all.map(|amount| (amount, b.is(&mut self.aig, amount))).collect()
+        });
         let mut ways = Vec::new();
         for (amount, when) in amounts {
             let Some(by) = usize::try_from(amount).ok().filter(|by| *by < 64) else { continue };

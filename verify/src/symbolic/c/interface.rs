@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use grafsynth_c::tree::types::{IntKind, Type};
-use grafsynth_c::tree::{ItemKind, StructId, SymbolId, SymbolKind, Unit};
-use grafsynth_c::walk::each_item;
+use grafsynth_c::tree::{StructId, SymbolId, Unit};
 use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::instance::Place;
 use grafsynth_ir::net::Output;
@@ -24,23 +23,12 @@ use crate::symbolic::state::{State, Value};
 
 impl Attempt<'_> {
     pub(super) fn function(&self, name: &str) -> Option<SymbolId> {
-        let mut all = self.of.unit.symbols.iter();
-        all.find(|(_, symbol)| {
-            symbol.name == name && matches!(symbol.kind, SymbolKind::Function(_))
-        })
-        .map(|(id, _)| id)
+        self.of.functions.get(name).map(|(function, _)| *function)
     }
 
-    pub(super) fn params(&self, function: SymbolId) -> Vec<SymbolId> {
-        let mut found = Vec::new();
-        each_item(&self.of.unit.items, &mut |item| {
-            if let ItemKind::Function { symbol, params, .. } = &item.kind
-                && *symbol == function
-            {
-                found.clone_from(params);
-            }
-        });
-        found
+    pub(super) fn params(&self, function: SymbolId) -> &[SymbolId] {
+        let name = self.of.unit.symbols[function].name.as_str();
+        self.of.functions.get(name).map(|(_, params)| *params).unwrap_or_default()
     }
 
     /// The instance, the outputs, and the inputs; before the reset, instance and outputs have no values.
@@ -176,7 +164,7 @@ impl Attempt<'_> {
         let Structures { instance, inputs, outputs } = self.structures;
         let mut arguments = Vec::new();
         for param in self.params(function) {
-            let symbol = &self.of.unit.symbols[param];
+            let symbol = &self.of.unit.symbols[*param];
             let ty = &symbol.canonical.ty;
             let target = ty.target().and_then(|it| it.ty.as_struct());
             let object = match target {
@@ -235,7 +223,14 @@ impl Attempt<'_> {
             (0..output.ty.bits()).map(|bit| Lit::constant(code >> bit & 1 == 1)).collect()
         };
         let codes: Vec<Vec<Lit>> = self.of.net.outputs.values().map(code).collect();
-        self.shown_outputs(&codes, &after)
+        let mut checks = self.shown_outputs(&codes, &after)?;
+        for check in &mut checks {
+            // An output after a reaction is another question, which other cases may answer.
+            if let Question::Output(at) = check.question {
+                check.question = Question::Stopped(at);
+            }
+        }
+        Ok(checks)
     }
 
     /// The checks of the functions that return parts of a state.

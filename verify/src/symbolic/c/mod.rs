@@ -29,8 +29,10 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
 
+use crate::cover::cover;
 use crate::limits::Limits;
 use question::Subject;
+pub use question::{Functions, functions_of};
 pub use run::{Interpreter, Shown, Snapshot, Stuck};
 
 /// The proof that the C behaves like its net.
@@ -44,6 +46,8 @@ pub struct Induction {
     pub obligations: usize,
     /// The number of nodes of the graph in all questions for the solver, a measure of its work.
     work: usize,
+    /// The same for the cases of single questions.
+    split: usize,
 }
 
 impl std::fmt::Display for Induction {
@@ -73,5 +77,7 @@ pub fn prove(
     hint: &Representation,
     limits: &Limits,
 ) -> Result<Induction, String> {
-    Subject { net, facts, unit, hint, limits }.prove()
+    let functions = &question::functions_of(unit);
+    let further = &cover(net).further;
+    Subject { net, facts, further, unit, functions, hint, limits }.prove()
 }

@@ -1,8 +1,11 @@
 //! The subject of a proof, and its questions.
 
-use grafsynth_c::tree::Unit;
+use std::collections::BTreeMap;
+
+use grafsynth_c::tree::{ItemKind, SymbolId, SymbolKind, Unit};
+use grafsynth_c::walk::each_item;
 use grafsynth_ir::Valid;
-use grafsynth_ir::facts::Facts;
+use grafsynth_ir::facts::{Facts, Invariant};
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{Net, StepId};
 
@@ -16,6 +19,8 @@ pub(super) enum Question {
     State(usize),
     /// An output, by its number in the hint.
     Output(usize),
+    /// An output after `NAME_stop`, by its number in the hint.
+    Stopped(usize),
     /// The fault flag.
     Fault,
     /// The function that returns whether a step is active, by its number in the hint.
@@ -39,12 +44,39 @@ pub(super) struct Focus {
     pub(super) active: Option<StepId>,
 }
 
+/// The functions of a unit by name, each with its parameters if its body is in the text.
+pub type Functions<'a> = BTreeMap<&'a str, (SymbolId, &'a [SymbolId])>;
+
+/// The functions of a unit by name.
+#[must_use]
+pub fn functions_of(unit: &Unit) -> Functions<'_> {
+    let mut all = Functions::new();
+    for (id, symbol) in unit.symbols.iter() {
+        if matches!(symbol.kind, SymbolKind::Function(_)) {
+            all.entry(symbol.name.as_str()).or_insert((id, &[]));
+        }
+    }
+    let mut params: BTreeMap<SymbolId, &[SymbolId]> = BTreeMap::new();
+    each_item(&unit.items, &mut |item| {
+        if let ItemKind::Function { symbol, params: own, .. } = &item.kind {
+            params.insert(*symbol, own);
+        }
+    });
+    for (symbol, own) in all.values_mut() {
+        *own = params.get(symbol).copied().unwrap_or_default();
+    }
+    all
+}
+
 /// The subject of a proof: the net with its facts, the C, the hint about their relation, and the limits.
 #[derive(Clone, Copy)]
 pub(super) struct Subject<'a> {
     pub(super) net: &'a Valid<Net>,
     pub(super) facts: &'a Facts,
+    /// Invariants beside those of the facts.
+    pub(super) further: &'a [Invariant],
     pub(super) unit: &'a Unit,
+    pub(super) functions: &'a Functions<'a>,
     pub(super) hint: &'a Representation,
     pub(super) limits: &'a Limits,
 }

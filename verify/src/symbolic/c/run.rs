@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 use super::attempt::Attempt;
 use super::memory::{Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar};
-use super::question::Subject;
+use super::question::{Functions, Subject};
 use super::value::Int;
 use crate::limits::Limits;
 use crate::symbolic::aig::Lit;
@@ -68,12 +68,13 @@ impl<'a> Interpreter<'a> {
     pub fn new(
         net: &'a Valid<Net>,
         facts: &'a Facts,
-        unit: &'a Unit,
+        (unit, functions): (&'a Unit, &'a Functions<'a>),
         interface: &'a Representation,
         state: &[(Place, Holds)],
         limits: &'a Limits,
     ) -> Result<Self, String> {
-        let subject = Subject { net, facts, unit, hint: interface, limits };
+        let subject =
+            Subject { net, facts, further: &[], unit, functions, hint: interface, limits };
         let mut attempt = Attempt::new(subject, None)?;
         let blank = attempt.memory(None)?;
         let element = |(place, holds): &(Place, Holds)| match holds {
@@ -112,8 +113,8 @@ impl<'a> Interpreter<'a> {
         let unit = self.attempt.of.unit;
         let bits = params
             .unwrap_or_default()
-            .into_iter()
-            .find_map(|param| unit.integer(&unit.symbols[param].canonical.ty))
+            .iter()
+            .find_map(|param| unit.integer(&unit.symbols[*param].canonical.ty))
             .map_or(32, |kind| unit.machine.bits(kind));
         let most = if bits < 32 { (1_i64 << bits) - 1 } else { i64::from(i32::MAX) };
         let dt = Number::constant(i64::from(dt).min(most));

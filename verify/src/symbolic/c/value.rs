@@ -12,6 +12,9 @@ use crate::symbolic::number::Number;
 
 /// The maximum number of constants of a choice, and of pairs of constants that an operation considers.
 const MAX_CHOICE: usize = 4096;
+/// The maximum depth and number of nodes that are looked at to find out whether the values of a path imply its condition.
+const MAX_DEPTH: u32 = 24;
+const MAX_LOOKED_AT: usize = 100_000;
 /// The maximum number of constants that are compared with a word one by one.
 const MAX_COMPARED: usize = 64;
 
@@ -162,8 +165,14 @@ impl Int {
         if all.iter().all(|(_, value)| !matches!(value, Int::Word(_))) {
             let mut cases = Vec::new();
             for (when, value) in all {
+                // On the path of a `case` with many labels, the values themselves often imply that the path was taken.
+                let labels = aig.disjuncts(*when, MAX_CHOICE);
+                let mut budget = MAX_LOOKED_AT;
                 for (value, condition) in value.cases().unwrap_or_default() {
-                    cases.push((value, aig.and(*when, condition)));
+                    let is_implied = labels.len() > 1
+                        && aig.implies_one(condition, &labels, MAX_DEPTH, &mut budget);
+                    let both = if is_implied { condition } else { aig.and(*when, condition) };
+                    cases.push((value, both));
                 }
             }
             return Int::choice(aig, cases);
