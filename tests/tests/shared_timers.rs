@@ -167,7 +167,7 @@ fn programs_with_shared_timers_do_what_the_net_does() {
 
 /// Limits for circuits of many states: those with more are proved by induction only.
 fn few() -> Limits {
-    Limits { pairs: 40_000, ..Limits::default() }
+    Limits { pairs: rounds(20_000, 40_000), ..Limits::default() }
 }
 
 /// The number of flip-flops of both forms, and the circuits with shared timers in two codings.
@@ -183,7 +183,7 @@ fn circuits(net: &Valid<Net>) -> Option<(usize, usize, Vec<Logic>)> {
 
 #[test]
 fn circuits_with_shared_timers_are_proved_in_both_ways() {
-    let nets = sharing(rounds(6, 1_500));
+    let nets = sharing(rounds(4, 1_500));
     let results = in_parallel(&nets, |(seed, net)| {
         let (n_own, n_shared, logics) = circuits(net)?;
         assert!(n_shared < n_own, "seed {seed}: {n_shared} flip-flops, {n_own} without sharing");
@@ -218,7 +218,7 @@ fn circuits_with_shared_timers_are_proved_in_both_ways() {
 /// A circuit whose register is changed in one place is refuted, or does the same.
 #[test]
 fn a_changed_register_is_refuted() {
-    let nets = sharing(rounds(8, 800));
+    let nets = sharing(rounds(6, 800));
     let counts = in_parallel(&nets, |(seed, net)| {
         let Some((_, _, logics)) = circuits(net) else { return [0, 0] };
         let mut random = Random::new(*seed);

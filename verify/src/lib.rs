@@ -41,7 +41,7 @@ mod zone;
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
 pub use explored::{Explored, findings, lints};
 pub use facts::{facts, structural_facts};
-pub use limits::Limits;
+pub use limits::{DEFAULT_EFFORT, Limits, MAX_EFFORT};
 pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::c as c_code;
