@@ -26,6 +26,7 @@ pub mod exclusive;
 mod explore;
 mod explored;
 mod facts;
+mod far;
 mod guards;
 mod limits;
 mod lints;

@@ -30,6 +30,7 @@ mod pair;
 mod pdr;
 mod reach;
 mod reaction;
+mod repeat;
 mod select;
 mod shared;
 mod state;
@@ -57,6 +58,7 @@ pub use invariant::{Invariant, Refused, StateBit, Times, recheck, state_bits};
 pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};
 pub use pdr::{Directed, directed};
 pub(crate) use reach::{Reached, reach};
+pub(crate) use repeat::{Repeat, never_both, never_saturates, repeats};
 
 use aig::{Aig, Lit};
 use number::Number;
