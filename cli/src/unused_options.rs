@@ -49,17 +49,19 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
             let mut rules = of_reading(&files);
             let is_dumped = arguments.dump_after.is_some();
-            rules.extend(["certify", "invariants", "recheck", "notes", "proof_limit"].map(
-                |option| Rule {
-                    option,
-                    taker: if is_dumped {
-                        "checks, and with --dump-after nothing is checked"
-                    } else {
-                        CHARTS
+            rules.extend(
+                ["certify", "invariants", "recheck", "notes", "proof_limit", "effort"].map(
+                    |option| Rule {
+                        option,
+                        taker: if is_dumped {
+                            "checks, and with --dump-after nothing is checked"
+                        } else {
+                            CHARTS
+                        },
+                        is_taken: files.any_chart() && !is_dumped,
                     },
-                    is_taken: files.any_chart() && !is_dumped,
-                },
-            ));
+                ),
+            );
             rules.push(Rule {
                 option: "trace",
                 taker: "checks without --dump-after, --certify and --recheck",
@@ -216,6 +218,14 @@ fn of_compare(arguments: &Compare) -> Vec<Rule> {
     let logic = "imported logic; charts are compared by their own names";
     rules.push(rule("rename", logic, !is_one && files.any_logic()));
     rules.push(rule("no_proof", "two designs", !is_one));
+    rules.push(rule(
+        "effort",
+        "the proof that two designs are equal",
+        !is_one
+            && arguments.stimulus.is_none()
+            && arguments.random.is_none()
+            && !arguments.no_proof,
+    ));
     rules.push(rule("seed", "random reactions", arguments.stimulus.is_none()));
     rules
 }

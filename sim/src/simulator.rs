@@ -124,6 +124,14 @@ impl<'n> Simulator<'n> {
         self.row.open = crate::Open::default();
     }
 
+    /// Changes a variable of the current state (the first element of an array); the value is saturated to its type.
+    pub fn set_var(&mut self, var: VarId, value: i64) {
+        let place = self.tables.layout.var(var);
+        if let Some(cell) = self.state.cells.get_mut(place) {
+            *cell = self.net.vars[var].ty.saturate(value);
+        }
+    }
+
     /// True if the step is active.
     #[must_use]
     pub fn is_active(&self, step: StepId) -> bool {

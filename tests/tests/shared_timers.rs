@@ -236,7 +236,7 @@ fn programs_with_shared_timers_do_what_the_net_does() {
 
 /// Limits for circuits of many states: those with more are proved by induction only.
 fn few() -> Limits {
-    Limits { pairs: 40_000, ..Limits::default() }
+    Limits { pairs: rounds(20_000, 40_000), ..Limits::default() }
 }
 
 /// The number of flip-flops of both forms, and the circuits with shared timers in two codings.
@@ -256,7 +256,7 @@ fn circuits(net: &Valid<Net>) -> Option<(usize, usize, Vec<Logic>)> {
 
 #[test]
 fn circuits_with_shared_timers_are_proved_in_both_ways() {
-    proved_in_both_ways(rounds(6, 1_500), timed);
+    proved_in_both_ways(rounds(4, 1_500), timed);
 }
 
 #[test]
@@ -300,7 +300,7 @@ fn proved_in_both_ways(wanted: u64, text: fn(u64) -> String) {
 /// A circuit whose register is changed in one place is refuted, or it behaves like the original.
 #[test]
 fn a_changed_register_is_refuted() {
-    changed_registers(rounds(8, 800), timed);
+    changed_registers(rounds(6, 800), timed);
 }
 
 #[test]

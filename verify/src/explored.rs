@@ -6,6 +6,7 @@ use grafsynth_ir::{Diagnostic, Valid};
 
 use crate::explore::{Searched, explore_any};
 use crate::facts::{Watch, facts_of};
+use crate::far;
 use crate::limits::Limits;
 use crate::lints::{self, Findings, Search, Shown, findings_in};
 use crate::properties::{
@@ -37,6 +38,7 @@ impl<'n> Explored<'n> {
     /// Searches all states within the limits.
     #[must_use]
     pub fn of(net: &'n Valid<Net>, limits: &Limits) -> Self {
+        let limits = &far::within(net, limits);
         let asserts = asserts(net);
         let begin = || Collected {
             watch: Watch::new(net),

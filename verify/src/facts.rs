@@ -15,6 +15,7 @@ use indexmap::IndexSet;
 use crate::cover::{self, cover};
 use crate::exclusive::entered;
 use crate::explore::{Ended, Searched, Seen, States, explore_any};
+use crate::far::{self, Far};
 use crate::limits::Limits;
 use crate::symbolic::{self, Reached};
 
@@ -30,6 +31,7 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
         watch.note_reaction(seen);
         None::<()>
     };
+    let limits = &far::within(net, limits);
     let (Searched { seen, states, ended, .. }, _) =
         explore_any(net, limits, || Watch::new(net), note);
     facts_of(net, limits, &seen, &states, &ended)
@@ -87,6 +89,11 @@ fn is_all_else_seen(net: &Valid<Net>, limits: &Limits, watch: &Watch<'_>, facts:
             break;
         }
         is_seen = see(&mut runs.simulator().fired().iter().copied(), &runs.row().steps);
+    }
+    if !is_seen {
+        Far::of(net, limits).each(net, |simulator| {
+            is_seen = see(&mut simulator.fired().iter().copied(), &simulator.row().steps);
+        });
     }
     is_seen
 }

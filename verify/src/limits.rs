@@ -28,6 +28,46 @@ pub struct Limits {
     pub listed_situations: usize,
 }
 
+/// The effort of [`Limits::default`].
+pub const DEFAULT_EFFORT: u8 = 1;
+/// The largest effort.
+pub const MAX_EFFORT: u8 = 3;
+
+impl Limits {
+    /// The limits of an effort from 0 to [`MAX_EFFORT`]; a larger number counts as the largest. Effort 0 proves by structure and induction, with a short enumeration
+    /// and a small decision diagram; each effort from 1 on allows ten times the work of the one before. The limits of memory grow less.
+    #[must_use]
+    pub fn of_effort(effort: u8) -> Self {
+        let more = match effort {
+            0 => {
+                return Limits {
+                    pairs: 20_000,
+                    states: 20_000,
+                    image_work: 500_000,
+                    directed_work: 0,
+                    ..Limits::default()
+                };
+            }
+            1 => 1,
+            2 => 10,
+            _ => 100,
+        };
+        // An exploration keeps its states, and a diagram its nodes, so these limits are limits of memory too.
+        let (times, memory) = (more, if more > 10 { 20 } else { more });
+        let least = Limits::default();
+        Limits {
+            pairs: least.pairs * times,
+            states: least.states * memory as usize,
+            rows_per_state: least.rows_per_state * memory.min(4),
+            bdd_nodes: least.bdd_nodes * memory.min(8) as usize,
+            image_work: least.image_work * times,
+            conflicts: least.conflicts * times,
+            directed_work: least.directed_work * times,
+            ..least
+        }
+    }
+}
+
 impl Default for Limits {
     fn default() -> Self {
         Limits {
@@ -42,6 +82,24 @@ impl Default for Limits {
             directed_work: 200_000_000,
             circuit_nodes: 8_000_000,
             listed_situations: 65_536,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_effort_never_allows_less() {
+        assert_eq!(Limits::of_effort(DEFAULT_EFFORT), Limits::default());
+        assert_eq!(Limits::of_effort(u8::MAX), Limits::of_effort(MAX_EFFORT));
+        for effort in 0..MAX_EFFORT {
+            let (less, more) = (Limits::of_effort(effort), Limits::of_effort(effort + 1));
+            assert!(less.pairs < more.pairs && less.states < more.states, "{effort}");
+            assert!(less.image_work < more.image_work && less.directed_work < more.directed_work);
+            assert!(less.bdd_nodes <= more.bdd_nodes && less.rows_per_state <= more.rows_per_state);
+            assert!(less.conflicts <= more.conflicts && less.random_rows <= more.random_rows);
         }
     }
 }

@@ -140,7 +140,20 @@ impl OpenReason {
     /// The command-line option that would settle more such questions, if there is one.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
-        matches!(self, OpenReason::Pairs { .. }).then_some("--proof-limit")
+        match self {
+            OpenReason::Pairs { .. } => Some("--proof-limit"),
+            OpenReason::States { .. } | OpenReason::Rows { .. } => Some("--effort"),
+            OpenReason::InputValues { .. }
+            | OpenReason::Assumptions
+            | OpenReason::Inputs { .. }
+            | OpenReason::Method(_)
+            | OpenReason::OnlyFor(_)
+            | OpenReason::RunOnlyFor { .. }
+            | OpenReason::Unfound
+            | OpenReason::ToolMissing(_)
+            | OpenReason::ToolFailed(_)
+            | OpenReason::NotAsked => None,
+        }
     }
 }
 

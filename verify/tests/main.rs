@@ -3,6 +3,7 @@
 mod agreement;
 mod classes;
 mod directed;
+mod far;
 mod oracle;
 mod pages;
 mod reach;

@@ -11,10 +11,13 @@ use grafsynth_ir::net::{Evolution, Leaf, Net, Property, PropertyExpr, PropertyLe
 use grafsynth_ir::{FileId, Span, Valid, validate};
 use grafsynth_verify::{Limits, OpenReason, Outcome, facts, properties};
 
+use crate::oracle::rounds;
 use crate::random_net::{Features, random_net};
 
 fn enumerated(net: &Valid<Net>) -> Option<Facts> {
-    let limits = Limits { pairs: 30_000, rows_per_state: 1024, image_work: 0, ..Limits::default() };
+    // Most searches that do not end within a few thousand pairs do not end at all.
+    let pairs = rounds(6_000, 30_000);
+    let limits = Limits { pairs, rows_per_state: 1024, image_work: 0, ..Limits::default() };
     Some(facts(net, &limits)).filter(|facts| facts.reach.is_some())
 }
 
@@ -24,7 +27,8 @@ fn as_diagram(net: &Valid<Net>) -> Facts {
 
 #[test]
 fn the_diagram_says_what_the_enumeration_says() {
-    let n_nets: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(60);
+    let n_nets: u64 =
+        std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(rounds(36, 60));
     let mut features = Features::everything().without_statecharts();
     (features.unspecified, features.max_steps) = (false, 9);
     let mut n_same = 0;
@@ -217,7 +221,7 @@ fn properties_have_the_same_answers_from_the_diagram() {
     let mut features = Features::everything().without_statecharts();
     (features.unspecified, features.max_steps, features.integers) = (false, 7, false);
     let (mut n_proved, mut n_broken) = (0, 0);
-    for seed in 0..40 {
+    for seed in 0..rounds(24, 400) {
         let mut plain = (*random_net(seed, &features)).clone();
         plain.properties.retain(|property| property.role == PropertyRole::Assume);
         let mut leaves: Vec<PropertyLeaf> =

@@ -13,6 +13,7 @@ use grafsynth_sim::Random;
 use grafsynth_verify::equiv::{by_chance, by_induction};
 use grafsynth_verify::{Limits, Outcome, Verdict, facts, properties, structural_facts};
 
+use crate::oracle::rounds;
 use crate::random_net::{Features, random_net};
 
 /// A lift: many events in one row, times, and queues that may overflow.
@@ -149,14 +150,17 @@ fn mutant(logic: &Logic, random: &mut Random) -> Logic {
 
 #[test]
 fn circuits_are_proved_and_wrong_ones_are_not() {
-    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(3);
+    let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(4);
+    // A few circuits take nearly all the time of all others.
+    let largest = rounds(1_000, 12_000) as usize;
     let mut open: BTreeMap<String, u32> = BTreeMap::new();
     let (mut n_proved, mut n_mutants, mut n_wrong) = (0, 0, 0);
     for seed in 0..n {
         for features in &kinds() {
             let net = random_net(seed, features);
             for busy in [BusyMode::Never, BusyMode::Always] {
-                let Some(logic) = encoded(&net, busy) else { continue };
+                let small = |logic: &Logic| logic.nodes.len() <= largest;
+                let Some(logic) = encoded(&net, busy).filter(small) else { continue };
                 let known = structural_facts(&net);
                 match by_induction(&net, &known, &logic, &Limits::default()) {
                     Verdict::Proved(_) => n_proved += 1,

@@ -265,7 +265,7 @@ fn options(
         prove: !arguments.no_proof,
         trusts_code: arguments.trust.trust_code,
         report: arguments.report,
-        limits: Limits { pairs: arguments.limits.proof_limit, ..Limits::default() },
+        limits: arguments.limits.limits(),
     }))
 }
 

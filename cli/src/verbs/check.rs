@@ -63,7 +63,7 @@ fn one(session: &mut Session, arguments: &Check, input: &Input) -> Result<Exit, 
         session.show(&found);
         return Ok(Exit::Errors);
     }
-    let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
+    let limits = arguments.limits.limits();
     // A large chart has more states than can be visited; its structure is analysed without them.
     let visited = if net.steps.len() > LARGE { limits.pairs.min(100_000) } else { limits.pairs };
     let visited = Limits { pairs: visited, ..limits.clone() };

@@ -46,7 +46,7 @@ pub(crate) fn run(
     match (stimulus, arguments.random.or(arguments.no_proof.then_some(10_000))) {
         (Some(stimulus), _) => comparison.on(&stimulus),
         (None, Some(reactions)) => comparison.by_chance(reactions, arguments.seed),
-        (None, None) => comparison.proved(arguments.seed),
+        (None, None) => comparison.proved(&arguments.effort.limits(), arguments.seed),
     }
 }
 
@@ -99,10 +99,10 @@ impl Comparison<'_> {
     }
 
     /// By a proof for every stimulus.
-    fn proved(&self, seed: u64) -> Result<Exit, Stop> {
+    fn proved(&self, limits: &Limits, seed: u64) -> Result<Exit, Stop> {
         let Pair { left, right, .. } = self.pair;
         let columns = || compared(self.common);
-        match charts_equal(left, right, self.common, &Limits::default(), seed) {
+        match charts_equal(left, right, self.common, limits, seed) {
             Verdict::Proved(SameBy::Product { reactions: 0, .. }) => Err(nothing_legal()),
             Verdict::Proved(by) => {
                 let answer = self.answer(Status::Proved, &by.to_string());

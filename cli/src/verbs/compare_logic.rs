@@ -18,7 +18,7 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_sim::{Clocked, Difference, Stimulus};
 use grafsynth_verify::equiv::Counterexample;
-use grafsynth_verify::{Limits, Open, Scope, Tested, Verdict};
+use grafsynth_verify::{Open, Scope, Tested, Verdict};
 
 /// Compares a chart or logic with logic: with a stimulus, and then, unless the user asked for a test only, by a proof.
 pub(super) fn run(
@@ -174,7 +174,7 @@ impl Question<'_> {
 
     /// The proof for every stimulus, after some were tried.
     fn prove(&self, reactions: usize) -> Result<Exit, Stop> {
-        let limits = Limits::default();
+        let limits = self.arguments.effort.limits();
         let judged = self.other.circuit().and_then(|circuit| match self.design {
             Design::Net(design) => {
                 let verdict = judge::prove_with_net(&design.net, circuit, self.renames, &limits)?;

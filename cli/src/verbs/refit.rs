@@ -13,7 +13,6 @@ use grafsynth_driver::report::{self, Outcome};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_driver::target::Target;
 use grafsynth_ir::Diagnostic;
-use grafsynth_verify::Limits;
 
 pub(super) fn run(
     session: &mut Session,
@@ -22,7 +21,7 @@ pub(super) fn run(
     stem: &FileStem,
     design: &LogicDesign,
 ) -> Result<Exit, Stop> {
-    let limits = Limits { pairs: arguments.limits.proof_limit, ..Limits::default() };
+    let limits = arguments.limits.limits();
     let made_of = session.made_of();
     let output = |file: OutputFile| Output {
         name: file.name,

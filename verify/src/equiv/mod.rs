@@ -27,6 +27,9 @@ pub use verdict::{Certificate, Counterexample, Method, Verdict};
 
 /// From this number of steps on, the symbolic proof is tried first.
 const LARGE: usize = 24;
+/// The maximum number of pairs of a state and an input row that are enumerated before the symbolic proof is tried. Most small charts need fewer; one that
+/// counts to a large number needs so many that the symbolic proof is faster.
+const FEW_PAIRS: u64 = 50_000;
 
 /// Proves that the circuit behaves like the net from reset on, for every stimulus with `dt` 0 or 1 that satisfies the assumptions. Otherwise finds a stimulus
 /// that shows a difference.
@@ -35,19 +38,36 @@ const LARGE: usize = 24;
 /// method compares the values of a trace; flip-flops without a known meaning may store anything.
 #[must_use]
 pub fn equiv(net: &Valid<Net>, facts: &Facts, logic: &Logic, limits: &Limits) -> Verdict {
+    let few = Limits { pairs: FEW_PAIRS, ..limits.clone() };
+    let is_small = net.steps.len() < LARGE;
+    let is_cut = limits.pairs > FEW_PAIRS;
     let mut reasons = Vec::new();
-    let induction_first = net.steps.len() >= LARGE;
-    for induction in [induction_first, !induction_first] {
-        let verdict = if induction {
-            // Random runs find a difference fastest, and with a stimulus, which the induction does not provide.
-            if let Some(counterexample) = by_chance(net, logic, limits.random_rows.min(1024)) {
-                return Verdict::Refuted(counterexample);
-            }
-            by_induction(net, facts, logic, limits)
-        } else {
+    if is_small {
+        match by_enumeration(net, logic, if is_cut { &few } else { limits }) {
+            Verdict::Open(_) if is_cut => {}
+            Verdict::Open(open) => reasons.extend(open.reasons),
+            settled @ (Verdict::Proved(_) | Verdict::Refuted(_)) => return settled,
+        }
+    }
+    // Random runs find a difference fastest, and with a stimulus, which the induction does not provide.
+    if let Some(counterexample) = by_chance(net, logic, limits.random_rows.min(1024)) {
+        let shortest = if is_small && is_cut {
             by_enumeration(net, logic, limits)
+        } else {
+            Verdict::Refuted(counterexample.clone())
         };
-        match verdict {
+        return if let Verdict::Refuted(_) = shortest {
+            shortest
+        } else {
+            Verdict::Refuted(counterexample)
+        };
+    }
+    match by_induction(net, facts, logic, limits) {
+        Verdict::Open(open) => reasons.extend(open.reasons),
+        settled @ (Verdict::Proved(_) | Verdict::Refuted(_)) => return settled,
+    }
+    if is_cut || !is_small {
+        match by_enumeration(net, logic, limits) {
             Verdict::Open(open) => reasons.extend(open.reasons),
             settled @ (Verdict::Proved(_) | Verdict::Refuted(_)) => return settled,
         }

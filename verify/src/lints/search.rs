@@ -104,13 +104,13 @@ pub(super) fn run(
     let (mut together, mut contests) = (widest.together.clone(), widest.contests.clone());
     let mut conflicts_open = seen_open.clone();
     if seen_open.is_some()
-        && (structural::see_all_contests(net, limits, &mut together, &mut contests)
+        && (structural::see_all_contests(net, facts, limits, &mut together, &mut contests)
             || widest.ask_diagram(facts, limits, &mut together))
     {
         conflicts_open = None;
     }
     let mut races_open = seen_open.clone();
-    if seen_open.is_some() && structural::is_free_of_races(net, facts) {
+    if seen_open.is_some() && structural::is_free_of_races(net, facts, limits) {
         races_open = None;
     }
     findings.conflicts = widest.conflicts(&together, &mut findings.found);

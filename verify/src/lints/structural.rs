@@ -16,16 +16,22 @@ use grafsynth_sim::{Directed, Function, MAX_DT, Simulator};
 
 use crate::classes::Classes;
 use crate::exclusive::all_compatible_pairs;
+use crate::far::Far;
 use crate::limits::Limits;
 use crate::symbolic;
+
+/// The maximum number of pairs for which it is proved that they are never in conflict.
+const PROVED: usize = 64;
 
 /// Pairs of transitions, each in the order in which they were noted.
 type Pairs = BTreeSet<(TransitionId, TransitionId)>;
 
 /// Adds the conflicts that directed random runs show to those that were seen (`together`: pairs that fired in one micro-step; `contests`: pairs of a winner
-/// and a loser). True if these are all: two transitions that leave one step either exclude each other, or were seen in conflict.
+/// and a loser). True if these are all: two transitions that leave one step either exclude each other, or were seen in conflict, or
+/// induction proves that they are never fireable together.
 pub(super) fn see_all_contests(
     net: &Valid<Net>,
+    facts: &Facts,
     limits: &Limits,
     together: &mut Pairs,
     contests: &mut Pairs,
@@ -64,7 +70,16 @@ pub(super) fn see_all_contests(
             unseen.retain(|pair| !is_seen(pair, contests, together));
         }
     }
-    unseen.is_empty()
+    if !unseen.is_empty() && !is_all {
+        Far::of(net, limits).each(net, |simulator| contests.extend(simulator.contests()));
+        unseen.retain(|pair| !is_seen(pair, contests, together));
+    }
+    // Proofs are tried only if they can complete the answer.
+    unseen.len() <= PROVED
+        && (unseen.is_empty()
+            || symbolic::never_both(net, facts, limits, &unseen.into_iter().collect::<Vec<_>>())
+                .into_iter()
+                .all(|is_never| is_never))
 }
 
 /// Proves that no reachable situation is a dead end: in each of them some transition is enabled that inputs and time alone can make fireable.
@@ -155,7 +170,7 @@ fn over_inputs(net: &Net, expr: &Expr) -> Option<Function> {
 }
 
 /// Proves that no value is out of range, that no variable is written twice in one micro-step, and that nothing else is lost or contradicts itself.
-pub(super) fn is_free_of_races(net: &Net, facts: &Facts) -> bool {
+pub(super) fn is_free_of_races(net: &Valid<Net>, facts: &Facts, limits: &Limits) -> bool {
     if net.settings.queue.is_some() || net.forcings.len() > 1 || !net.sends.is_empty() {
         return false;
     }
@@ -169,11 +184,21 @@ pub(super) fn is_free_of_races(net: &Net, facts: &Facts) -> bool {
     };
     let is_in_range = net.statements().all(|stmt| match &stmt.kind {
         StmtKind::Assign { var, value, .. } => fits(value, net.vars[*var].ty),
-        StmtKind::Call { .. } => false,
         _ => true,
     });
-    let has_calls = net.outputs.values().any(Output::is_extern);
-    is_in_range && !has_calls && is_written_once(net, facts)
+    let calls = net.statements().any(|stmt| matches!(stmt.kind, StmtKind::Call { .. }));
+    let has_calls = calls || net.outputs.values().any(Output::is_extern);
+    !has_calls
+        && is_written_once(net, facts)
+        && (is_in_range || has_types(net) && symbolic::never_saturates(net, facts, limits))
+}
+
+/// True if the bounds of every assigned value are known, so that its arithmetic is exact.
+fn has_types(net: &Net) -> bool {
+    net.statements().all(|stmt| match &stmt.kind {
+        StmtKind::Assign { value, .. } => net_type(net, value).is_ok(),
+        _ => true,
+    })
 }
 
 /// A list that writes a variable.

@@ -7,6 +7,7 @@ use grafsynth_ir::net::{Driver, Expr, Leaf, Net, PropertyExpr, PropertyLeaf};
 use super::aig::Lit;
 use super::number::Number;
 use super::reaction::{self, Inputs};
+use super::shared::Shared;
 use super::state::Value;
 use super::{Model, known_depth, reach};
 use crate::limits::Limits;
@@ -28,7 +29,7 @@ pub(crate) fn never(
     }
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
     let now = model.maker.forbidden(&state, &inputs, &never);
-    if model.difference(facts, limits, now, Lit::FALSE)?.is_none() {
+    if model.difference(&mut Shared::new(), (facts, limits), now, Lit::FALSE)?.is_none() {
         return Some(ProvedBy::Structural);
     }
     // The previous row had its own inputs; all that is known about them is that the property was not violated.
@@ -51,7 +52,10 @@ pub(crate) fn never(
     let next = model.maker.reaction(&state, &inputs).ok()?;
     let then = model.maker.forbidden(&next.state, &inputs, &never);
     let broken = model.aig().and(then, !held);
-    model.difference(facts, limits, broken, Lit::FALSE)?.is_none().then_some(ProvedBy::Induction)
+    model
+        .difference(&mut Shared::new(), (facts, limits), broken, Lit::FALSE)?
+        .is_none()
+        .then_some(ProvedBy::Induction)
 }
 
 impl Model<'_> {
@@ -66,7 +70,9 @@ impl Model<'_> {
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         self.structure = Some(self.maker.structure(&state));
         let now = self.maker.forbidden(&state, &inputs, never);
-        self.difference(facts, limits, now, Lit::FALSE)?.is_none().then_some(ProvedBy::Structural)
+        self.difference(&mut Shared::new(), (facts, limits), now, Lit::FALSE)?
+            .is_none()
+            .then_some(ProvedBy::Structural)
     }
 }
 

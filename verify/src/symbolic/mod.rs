@@ -30,7 +30,9 @@ mod pair;
 mod pdr;
 mod reach;
 mod reaction;
+mod repeat;
 mod select;
+mod shared;
 mod state;
 mod statechart;
 mod sweep;
@@ -56,12 +58,14 @@ pub use invariant::{Invariant, Refused, StateBit, Times, recheck, state_bits};
 pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};
 pub use pdr::{Directed, directed};
 pub(crate) use reach::{Reached, reach};
+pub(crate) use repeat::{Repeat, never_both, never_saturates, repeats};
 
 use aig::{Aig, Lit};
 use number::Number;
 use pdr::{Register, Source};
 use reach::legal_inputs;
 use reaction::{Inputs, Maker, Reaction};
+use shared::Shared;
 use state::{Key, State, Value};
 
 /// The maximum number of nodes of the graph that one query may contain.
@@ -238,6 +242,16 @@ impl<'n> Model<'n> {
 
     /// The assumptions about the variables of a query: literals that are true, and clauses.
     fn invariants(&self, facts: &Facts, support: &[Lit]) -> (Vec<Lit>, Vec<Vec<Lit>>) {
+        self.invariants_with(facts, support, |_, steps, clauses| at_most_one(steps, clauses))
+    }
+
+    /// Like [`Model::invariants`]; `exclude` adds clauses such that no two of the steps of a component are active together.
+    fn invariants_with(
+        &self,
+        facts: &Facts,
+        support: &[Lit],
+        mut exclude: impl FnMut(u32, &[Lit], &mut Vec<Vec<Lit>>),
+    ) -> (Vec<Lit>, Vec<Vec<Lit>>) {
         let mut holds = Vec::new();
         let mut clauses = Vec::new();
         let mut codes: Vec<usize> =
@@ -286,7 +300,7 @@ impl<'n> Model<'n> {
             }
         }
         for (component, lits) in members {
-            at_most_one(&lits, &mut clauses);
+            exclude(component, &lits, &mut clauses);
             let data = &facts.components[component as usize];
             if data.always && data.steps.len() == lits.len() {
                 clauses.push(lits);
@@ -323,8 +337,8 @@ impl<'n> Model<'n> {
     /// one that the solver reached its limit.
     fn difference(
         &mut self,
-        facts: &Facts,
-        limits: &Limits,
+        shared: &mut Shared,
+        (facts, limits): (&Facts, &Limits),
         a: Lit,
         b: Lit,
     ) -> Option<Option<Vec<Lit>>> {
@@ -333,6 +347,9 @@ impl<'n> Model<'n> {
             return Some(None);
         }
         let support = self.maker.aig.support(&[a, b], CONE)?;
+        if let Some(answer) = shared.satisfy(self, facts, differ, &support) {
+            return Some(answer);
+        }
         let (mut holds, clauses) = self.invariants(facts, &support);
         holds.push(differ);
         // Words are ordered bit by bit, so that arithmetic has small diagrams.
@@ -484,6 +501,7 @@ fn prove_tied(
     let can_search = net.unspecified.is_empty();
     let mut proof = Proof {
         model,
+        shared: Shared::new(),
         facts,
         limits,
         same: 0,
@@ -627,6 +645,7 @@ impl OpenCells {
 
 struct Proof<'n, 'f> {
     model: Model<'n>,
+    shared: Shared,
     facts: &'f Facts,
     limits: &'f Limits,
     same: usize,
@@ -675,7 +694,8 @@ impl Proof<'_, '_> {
             self.same += 1;
             return true;
         }
-        let agrees = self.model.difference(self.facts, self.limits, wanted, given) == Some(None);
+        let known = (self.facts, self.limits);
+        let agrees = self.model.difference(&mut self.shared, known, wanted, given) == Some(None);
         self.solved += usize::from(agrees);
         agrees
     }
@@ -688,7 +708,8 @@ impl Proof<'_, '_> {
         }
         let wanted = self.model.aig().and(wanted, !open);
         let given = self.model.aig().and(given, !open);
-        match self.model.difference(self.facts, self.limits, wanted, given) {
+        let known = (self.facts, self.limits);
+        match self.model.difference(&mut self.shared, known, wanted, given) {
             Some(None) => {
                 self.solved += 1;
                 Ok(())

@@ -66,7 +66,8 @@ pub(crate) struct Maker<'n> {
     pub(super) enclosing: Vec<StepId>,
     /// Transitions that compete directly, under `priority-age`.
     pub(super) rivals: BTreeMap<TransitionId, Vec<TransitionId>>,
-
+    /// The condition under which an assignment so far had a value out of range, if that is wanted.
+    pub(super) out_of_range: Option<Lit>,
     pub(super) inputs: Inputs,
     pub(super) events: Vec<Lit>,
     pub(super) rise: Vec<Lit>,
@@ -118,6 +119,7 @@ impl<'n> Maker<'n> {
             children: vec![Vec::new(); net.steps.len()],
             enclosing: Vec::new(),
             rivals: BTreeMap::new(),
+            out_of_range: None,
             inputs: Inputs { values: Vec::new(), tick: Lit::FALSE, dt: None },
             fired: Vec::new(),
             more: Vec::new(),
@@ -326,10 +328,6 @@ impl<'n> Maker<'n> {
         }
     }
 
-    pub(super) fn set(&mut self, condition: Lit, number: &mut Number, value: &Number) {
-        *number = Number::select(&mut self.aig, condition, value, number);
-    }
-
     // ---- lists ----
 
     pub(super) fn block(&mut self, state: &mut State, condition: Lit, block: &Block) {
@@ -346,7 +344,7 @@ impl<'n> Maker<'n> {
                     let index = index.as_ref().map(|index| self.read(reads, index).number());
                     let value = match (value, net.vars[*var].ty) {
                         (Value::Number(number), Type::Int { lo, hi }) => {
-                            Value::Number(number.saturate(&mut self.aig, lo, hi))
+                            Value::Number(self.saturate(condition, &number, lo, hi))
                         }
                         (value, _) => value,
                     };

@@ -44,7 +44,7 @@ pub(super) struct Sweep<'a> {
 }
 
 /// A solver with the nodes that it knows.
-struct Query {
+pub(super) struct Query {
     solver: Solver<Budget>,
     vars: BTreeMap<usize, Var>,
 }
@@ -240,9 +240,14 @@ impl<'a> Sweep<'a> {
 }
 
 impl Query {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let budget = Budget { learnt: 0, limit: u64::MAX };
         Query { solver: Solver::new(SolverOpts::default(), budget), vars: BTreeMap::new() }
+    }
+
+    /// The number of nodes that it knows.
+    pub(super) fn len(&self) -> usize {
+        self.vars.len()
     }
 
     fn encode(&mut self, aig: &Aig, lit: Lit) -> SatLit {
@@ -290,12 +295,14 @@ impl Query {
         self.solver.add_clause_reuse(&mut clause);
     }
 
-    fn assert(&mut self, aig: &Aig, clause: &[Lit]) {
+    /// Adds a clause for all questions that follow.
+    pub(super) fn assert(&mut self, aig: &Aig, clause: &[Lit]) {
         let lits: Vec<SatLit> = clause.iter().map(|lit| self.encode(aig, *lit)).collect();
         self.add(&lits);
     }
 
-    fn solve(&mut self, aig: &Aig, all: &[Lit], conflicts: u64) -> lbool {
+    /// Searches for an assignment that makes all clauses and these literals true, with at most this many conflicts.
+    pub(super) fn solve(&mut self, aig: &Aig, all: &[Lit], conflicts: u64) -> lbool {
         let lits: Vec<SatLit> = all.iter().map(|lit| self.encode(aig, *lit)).collect();
         let budget = self.solver.cb_mut();
         budget.learnt = 0;
@@ -303,7 +310,8 @@ impl Query {
         self.solver.solve_limited(&lits)
     }
 
-    fn is_true(&self, variable: Lit) -> bool {
+    /// The value of a variable in the assignment that was found.
+    pub(super) fn is_true(&self, variable: Lit) -> bool {
         self.vars
             .get(&variable.node())
             .is_some_and(|own| self.solver.value_var(*own) == lbool::TRUE)
