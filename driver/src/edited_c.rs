@@ -165,7 +165,8 @@ fn beyond(unit: &Unit, main: FileId, package: &Package) -> Vec<String> {
     // A static function of the C file can only be called by those that are covered or listed here.
     let callable = functions.iter().filter(|it| {
         let is_static = matches!(it.kind, SymbolKind::Function(kind) if kind.is_static);
-        !(is_static && it.span.0.file == main) && !covered.contains(&it.name)
+        let is_local = is_static && it.span.0.file == main;
+        !is_local && !covered.contains(&it.name)
     });
     callable.map(|it| it.name.clone()).collect()
 }

@@ -30,7 +30,15 @@ fn executed(net: &Valid<Net>, facts: &Facts, edited: &EditedC) -> OutputReport {
     let limits = Limits { pairs: 300, ..small_limits() };
     let hint = edited.package.representation.as_ref().expect("a map was written");
     let place = |_| String::new();
-    let text = Text { unit: &edited.unit, hint, facts, limits: &limits, place: &place };
+    let functions = grafsynth_verify::c_code::functions_of(&edited.unit);
+    let text = Text {
+        unit: &edited.unit,
+        functions: &functions,
+        hint,
+        facts,
+        limits: &limits,
+        place: &place,
+    };
     check_text("own.c", net, &edited.package, &text, Err(OpenReason::NotAsked))
 }
 
