@@ -1,5 +1,6 @@
 //! The command line as the user writes it.
 
+use crate::effort::{Effort, Limits};
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
 use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, RESETS};
@@ -11,7 +12,6 @@ use grafsynth_backend_c::cost::{self, Goal, Machine};
 use grafsynth_driver::coding::EncodingChoice;
 use grafsynth_driver::pipeline::ResetStyle;
 use grafsynth_driver::read::{CCalls, CGroup};
-use grafsynth_verify::{DEFAULT_EFFORT, MAX_EFFORT};
 use std::path::{Path, PathBuf};
 
 /// Compile charts to C and programmable logic, and check the results against the chart.
@@ -394,39 +394,6 @@ impl Build {
             Some(BuildTrace::File(path)) => Some(path),
             Some(BuildTrace::Ring(_)) | None => None,
         }
-    }
-}
-
-/// The effort of proofs.
-#[derive(Debug, Clone, Copy, Args)]
-pub(crate) struct Effort {
-    /// Effort of proofs, 0 to 3: 0 tries structure and induction, each step from 1 on allows ten times the work.
-    #[arg(long, value_name = "N", default_value_t = DEFAULT_EFFORT, value_parser = whole(0..=MAX_EFFORT))]
-    pub(crate) effort: u8,
-}
-
-/// Limits on the effort of proofs.
-#[derive(Debug, Clone, Copy, Args)]
-pub(crate) struct Limits {
-    #[command(flatten)]
-    pub(crate) effort: Effort,
-    /// Enumerate at most N pairs of a state and an input (2 000 000 at effort 1).
-    #[arg(long, value_name = "N", value_parser = whole(0..=u64::MAX))]
-    pub(crate) proof_limit: Option<u64>,
-}
-
-impl Effort {
-    /// The limits of this effort.
-    pub(crate) fn limits(self) -> grafsynth_verify::Limits {
-        grafsynth_verify::Limits::of_effort(self.effort)
-    }
-}
-
-impl Limits {
-    /// The limits of the effort, with the given number of pairs.
-    pub(crate) fn limits(self) -> grafsynth_verify::Limits {
-        let limits = self.effort.limits();
-        grafsynth_verify::Limits { pairs: self.proof_limit.unwrap_or(limits.pairs), ..limits }
     }
 }
 

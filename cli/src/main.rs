@@ -1,6 +1,7 @@
 //! The command line of grafsynth: arguments, files, rendering, exit codes. Everything else is in `grafsynth-driver` and `grafsynth-engines`.
 
 mod args;
+mod effort;
 mod evidence;
 mod exit;
 mod files;

@@ -86,7 +86,7 @@ fn an_edit_without_an_effect_is_proved() {
 #[test]
 fn a_difference_is_shown_in_the_names_of_the_chart() {
     let folder = built(&["--style", "bits"]);
-    edit(folder.path(), "out/press.c", "out->down = ", "out->down = in->stop || ");
+    edit(folder.path(), "out/press.c", "= self->work;", "= self->work && !in->stop;");
     let (exit, text) = compare(folder.path());
     assert_eq!(exit, Some(3), "{text}");
     assert!(text.contains("differs from the chart after 1 reaction: down is `0`"), "{text}");

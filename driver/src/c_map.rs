@@ -257,17 +257,8 @@ fn held(net: &Net, holds: &Holds) -> Option<Held> {
             Origin::ActionTimer(id, it) => Held::ActionTimer(number(id.index()), part(it)),
             Origin::Pending(id) => Held::Pending(net.inputs[id].name.text.clone()),
             Origin::Fault => Held::Fault,
-            Origin::Region(_)
-            | Origin::InternalQueue
-            | Origin::InternalLength
-            | Origin::ExternalQueue
-            | Origin::ExternalLength
-            | Origin::SendTimer(_)
-            | Origin::SendRuns(_)
-            | Origin::Recorded(..)
-            | Origin::Ended(_)
-            | Origin::HeldOutput(..)
-            | Origin::Helper => return None,
+            // The states of statecharts, and what one reaction keeps for itself.
+            _ => return None,
         },
     })
 }

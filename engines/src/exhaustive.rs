@@ -9,7 +9,8 @@
 //! threshold. C code could behave differently, so the proof tries every `dt` from 0 to one beyond the horizon, the first values beyond counters of 8 and 16
 //! bits, and the largest `dt`. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
-use crate::explorer::{Difference, Explorer, Instance, Runner, Start, Trouble, differs, push};
+use crate::executed::{Instance, Trouble};
+use crate::explorer::{Difference, Explorer, Runner, Start, differs, push};
 pub use crate::interpreted::Text;
 use crate::unread_inputs::unread_inputs;
 use crate::{tested, tools};

@@ -1,6 +1,7 @@
 //! A compiled chart that executes single reactions, from any state that it has been in.
 
 use crate::c;
+use crate::executed::{Instance, Trouble};
 use crate::interpreted::{Text, Tree};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
@@ -13,9 +14,6 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Mutex;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
-
-/// The number of a state of the compiled chart; equal states have equal numbers.
-pub(crate) type Instance = usize;
 
 /// A cell of a row that differs from the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -300,17 +298,6 @@ const FLAGS: [&str; 2] = ["-std=c99", "-O0"];
 
 /// The time limit for a batch of answers, which normally takes some milliseconds.
 const PATIENCE: Duration = Duration::from_secs(10);
-
-/// Why a compiled chart does not answer.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Trouble {
-    /// The compiler rejected the text; this is its output.
-    Compiler(String),
-    /// The program cannot be created or run on this machine.
-    Machine(String),
-    /// The program is faulty: it crashes, or does not end a reaction.
-    Chart(String),
-}
 
 /// The start of a reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

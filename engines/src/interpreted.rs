@@ -1,6 +1,6 @@
 //! C that is executed from its tree, in place of a compiled program: for text that is not from grafsynth, and without a compiler.
 
-use crate::explorer::{Instance, Trouble};
+use crate::executed::{Instance, Trouble};
 use grafsynth_c::tree::Unit;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;

@@ -17,6 +17,7 @@ pub mod c;
 mod c8051;
 mod circuit;
 mod device;
+mod executed;
 pub mod exhaustive;
 mod explorer;
 mod firmware;

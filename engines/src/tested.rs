@@ -1,6 +1,7 @@
 //! Compares emitted C with its net in directed random reactions, if the C is not proved.
 
-use crate::explorer::{Difference, Explorer, Runner, Start as From, Trouble, differs, push};
+use crate::executed::Trouble;
+use crate::explorer::{Difference, Explorer, Runner, Start as From, differs, push};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;

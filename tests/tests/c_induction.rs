@@ -95,7 +95,7 @@ fn ring(n_steps: usize) -> String {
 
 #[test]
 fn many_steps_and_inputs_are_proved() {
-    let net = chart("ring.graf", &ring(150));
+    let net = chart("ring.graf", &ring(60));
     for style in [Style::Switch, Style::Tables, Style::Bits] {
         if let Some(package) = emitted(&net, style, Io::Members)
             && let Err(why) = proved(&net, &package)

@@ -116,7 +116,7 @@ fn no_mutant_that_differs_is_called_proved() {
     let subjects = subjects();
     assert_ne!(subjects.len() % 7, 0, "otherwise some would never be used");
     let mut random = Random::new(1);
-    let wanted = rounds(16, 1_000) as usize;
+    let wanted = rounds(8, 1_000) as usize;
     // Charts and styles alternate; every pair occurs before any occurs twice.
     let mut mutants: Vec<(usize, Change)> = Vec::new();
     while mutants.len() < wanted {

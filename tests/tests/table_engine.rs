@@ -450,7 +450,7 @@ fn damaged(image: &[u8]) -> (Vec<Vec<u8>>, Vec<Vec<u8>>) {
     let all = (0..image.len()).flat_map(|at| flips.iter().map(move |flip| (at, *flip)));
     let mut new: Vec<Vec<u8>> = all.map(|(at, flip)| mended(flipped(at, flip))).collect();
     let mut random = Random::new(7);
-    for _ in 0..rounds(1500, 40_000) {
+    for _ in 0..rounds(400, 40_000) {
         let mut copy = image.to_vec();
         for _ in 0..=random.below(4) {
             let at = 16 + random.below(image.len() - 16);

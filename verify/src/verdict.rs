@@ -143,16 +143,7 @@ impl OpenReason {
         match self {
             OpenReason::Pairs { .. } => Some("--proof-limit"),
             OpenReason::States { .. } | OpenReason::Rows { .. } => Some("--effort"),
-            OpenReason::InputValues { .. }
-            | OpenReason::Assumptions
-            | OpenReason::Inputs { .. }
-            | OpenReason::Method(_)
-            | OpenReason::OnlyFor(_)
-            | OpenReason::RunOnlyFor { .. }
-            | OpenReason::Unfound
-            | OpenReason::ToolMissing(_)
-            | OpenReason::ToolFailed(_)
-            | OpenReason::NotAsked => None,
+            _ => None,
         }
     }
 }

@@ -46,13 +46,13 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
-    ("code lines of c and backend-c", 29_350),
-    ("code lines of ir", 20_410),
-    ("code lines of driver", 11_120),
-    ("code lines of all crates", 156_980),
-    ("functions above 80 lines", 97),
+    ("code lines of c and backend-c", 29_380),
+    ("code lines of ir", 20_430),
+    ("code lines of driver", 11_700),
+    ("code lines of all crates", 159_240),
+    ("functions above 80 lines", 96),
     ("circles of files", 0),
-    ("lines that list variants", 582),
+    ("lines that list variants", 586),
     ("text tests on emitted C", 3),
 ];
 

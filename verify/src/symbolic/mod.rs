@@ -370,7 +370,11 @@ impl<'n> Model<'n> {
         }
         let set = bits.iter().filter_map(|lit| self.code_bits.get(lit));
         steps.extend(set.map(|name| format!("({name})")));
-        format!("active {}, {n_others} other bits set", steps.join(" "))
+        match (steps.is_empty(), n_others) {
+            (true, 0) => "any".to_owned(),
+            (true, _) => format!("{n_others} bits set"),
+            (false, _) => format!("active {}, {n_others} other bits set", steps.join(" ")),
+        }
     }
 }
 
