@@ -21,7 +21,7 @@
 //!   It is an equally good component.
 //!
 //! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded amount of backtracking looks for the sets. Every returned
-//! component satisfies the conditions above by construction. The branches that were set aside also give [`invariants`] that reach through forks and joins.
+//! component satisfies the conditions above by construction. The branches that were set aside also give invariants that reach through forks and joins.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
