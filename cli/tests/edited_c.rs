@@ -89,8 +89,8 @@ fn a_difference_is_shown_in_the_names_of_the_chart() {
     edit(folder.path(), "out/press.c", "= self->work;", "= self->work && !in->stop;");
     let (exit, text) = compare(folder.path());
     assert_eq!(exit, Some(3), "{text}");
-    assert!(text.contains("differs from the chart after 1 reaction: down is `0`"), "{text}");
-    assert!(text.contains("active (chart)") || text.contains("idle"), "{text}");
+    assert!(text.contains("differs from the chart after 1 reaction: down is `1` in the chart"));
+    assert!(text.contains("idle_work"), "{text}");
 }
 
 #[test]
@@ -172,5 +172,34 @@ fn what_is_undefined_or_unreadable_is_not_proved() {
         let (found, text) = compare(folder.path());
         assert_eq!(found, Some(exit), "{line}: {text}");
         assert!(text.contains(why) && !text.contains("proved by induction"), "{line}: {text}");
+    }
+}
+
+/// Edits that callers or other compilers see differently from the text that the proof reads.
+#[test]
+fn an_edit_outside_the_scope_of_the_proof_is_open() {
+    let line = "    out->down = self->work;";
+    for (file, from, to) in [
+        // Another header than the one that the C includes.
+        ("out/press.h", "bool start;\n    bool stop;", "bool stop;\n    bool start;"),
+        // A macro that callers see.
+        ("out/press.h", "#ifdef __cplusplus", "#define stop start\n#ifdef __cplusplus"),
+        // A condition that compilers may answer differently.
+        ("out/press.c", line, "#if true\n    out->down = self->work;\n#endif"),
+        // Lines that some compilers join.
+        ("out/press.c", line, "    // what??/\n    out->down = self->work;"),
+        ("out/press.c", line, "    // x \\ \n    out->down = self->work;"),
+        // Data and promises that the emitted text does not have.
+        (
+            "out/press.c",
+            line,
+            "    static const bool yes = true;\n    out->down = self->work && yes;",
+        ),
+        ("out/press.c", line, "    const press_t *restrict p = self;\n    out->down = p->work;"),
+    ] {
+        let folder = built(&["--style", "bits"]);
+        edit(folder.path(), file, from, to);
+        let (exit, text) = compare(folder.path());
+        assert_ne!(exit, Some(0), "{to}: {text}");
     }
 }

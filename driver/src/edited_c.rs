@@ -5,6 +5,7 @@
 
 pub use crate::c_map::CMap;
 use crate::c_proof::{machines, prove_unit, unit_of};
+use crate::edit_scope;
 use grafsynth_backend_c::{File, FileKind, Options, Package, emit};
 use grafsynth_c::tree::types::{Qualified, Type};
 use grafsynth_c::tree::{ItemKind, StructId, Symbol, SymbolKind, Unit};
@@ -39,6 +40,8 @@ pub struct EditedC {
     pub beyond: Vec<String>,
     /// Why the instance cannot be read as the state of the chart, if it cannot.
     pub unreadable: Option<String>,
+    /// Why the proof would not cover the edit, if it would not.
+    outside: Option<String>,
     /// The package as `build` would emit it.
     emitted: Package,
 }
@@ -145,9 +148,13 @@ pub fn edited(
         (_, Some(Err(why))) => unreadable = Some(format!("the map does not fit the chart: {why}")),
         (_, None) | (None, Some(Ok(_))) => {}
     }
+    let outside = {
+        let all = texts.iter().map(|it| (it.name.as_str(), it.text.as_str()));
+        edit_scope::within(all, &emitted, &package).err()
+    };
     let main = texts.first().map_or(FileId(0), |text| text.file);
     let beyond = beyond(&unit, main, &package);
-    Ok(EditedC { package, unit, beyond, unreadable, emitted })
+    Ok(EditedC { package, unit, beyond, unreadable, outside, emitted })
 }
 
 /// The functions that a proof of a package does not cover: those that can be called from outside and are not the reset, a reaction, the
@@ -204,10 +211,14 @@ impl EditedC {
         if let Some(why) = &self.unreadable {
             return Err(why.clone());
         }
+        if let Some(why) = &self.outside {
+            return Err(format!("the edit is outside the scope of the proof: {why}"));
+        }
         let mut proved = Induction::default();
         for config in machines() {
             let unit = unit_of(&self.package, &config)?;
             let wanted = unit_of(&self.emitted, &config)?;
+            edit_scope::same_items(&wanted, &unit)?;
             same_interface(&self.package, &wanted, &unit)?;
             proved = prove_unit(net, facts, &self.package, &unit, limits)?;
         }

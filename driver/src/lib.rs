@@ -31,6 +31,7 @@ mod context;
 pub mod convert;
 mod design;
 pub mod diff;
+mod edit_scope;
 pub mod edited_c;
 pub mod evidence;
 mod fit_advice;

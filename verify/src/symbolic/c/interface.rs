@@ -21,6 +21,9 @@ use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
 use crate::symbolic::state::{State, Value};
 
+/// The maximum number of values in a structure of the interface.
+const MAX_CELLS: usize = 1 << 20;
+
 impl Attempt<'_> {
     pub(super) fn function(&self, name: &str) -> Option<SymbolId> {
         self.of.functions.get(name).map(|(function, _)| *function)
@@ -38,6 +41,11 @@ impl Attempt<'_> {
             Cell::unset(n)
         };
         let Structures { instance, inputs, outputs } = self.structures;
+        for id in [instance, inputs, outputs].into_iter().flatten() {
+            if n_cells(self.of.unit, &Type::Struct(id)).is_none_or(|n| n > MAX_CELLS) {
+                return Err(format!("a structure has more than {MAX_CELLS} values"));
+            }
+        }
         let mut cells = unset(self.of.unit, instance);
         for ((place, _), value) in self.of.hint.state.iter().zip(state.unwrap_or(&[])) {
             let (at, kind) = self.cell_of(instance, place)?;
