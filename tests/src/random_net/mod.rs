@@ -355,19 +355,7 @@ impl<'f> Builder<'f> {
             return;
         }
         for index in 1..=1 + self.random.below(2) {
-            let qualifiers = [
-                Qualifier::N,
-                Qualifier::R,
-                Qualifier::S,
-                Qualifier::L,
-                Qualifier::D,
-                Qualifier::P,
-                Qualifier::P0,
-                Qualifier::P1,
-                Qualifier::SD,
-                Qualifier::DS,
-                Qualifier::SL,
-            ];
+            let qualifiers = Qualifier::ALL;
             let mut uses = Vec::new();
             for _ in 0..1 + self.random.below(4) {
                 let step = self.any_step();

@@ -92,8 +92,8 @@ impl<'n> Checker<'n> {
 
 /// The sets with one token among some candidates, and those that follow from always active sets and from branches.
 ///
-/// `always` maps a place to a set with one token that contains the place. `branches` maps a place that was set aside to the place that stayed (its number now)
-/// and to what was the same.
+/// `always` maps a place to a set with one token that contains the place. `branches` maps a place that was set aside to the number of the place that stayed,
+/// and to the branch with the steps that held as many tokens.
 pub(super) fn derived(
     net: &Net,
     candidates: Vec<Vec<StepId>>,
