@@ -58,13 +58,13 @@ pub(crate) fn force(
             Some(bit) => {
                 let (word, bit) = (bit / io.output_bits(), bit % io.output_bits());
                 words[word].2 |= 1 << bit;
-                if which(id) {
+                if which(id) && output.is_forced() {
                     words[word].0 |= 1 << bit;
                     words[word].1 |= u32::from(output.safe_value() != 0) << bit;
                     objects[word].push(Object::Output(id));
                 }
             }
-            None if which(id) => members.push(
+            None if which(id) && output.is_forced() => members.push(
                 Node::line(format!(
                     "out->{} = {};",
                     names.outputs[id],

@@ -277,6 +277,7 @@ fn driver(driver: &Driver) -> Value {
     match driver {
         Driver::Continuous(all) => json!({ "kind": "continuous", "emissions": emissions(all) }),
         Driver::Mealy(all) => json!({ "kind": "mealy", "emissions": emissions(all) }),
+        Driver::Fires(transition) => json!({ "kind": "fires", "transition": transition.index() }),
         Driver::Stored(var) => json!({ "kind": "stored", "var": var.index() }),
         Driver::Controlled(action) => json!({ "kind": "controlled", "action": action.index() }),
         Driver::Extern { params, calls } => json!({
@@ -295,9 +296,11 @@ fn driver(driver: &Driver) -> Value {
 fn safe(output: &Output) -> Value {
     match output.driver {
         Driver::Extern { .. } => Value::Null,
-        Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {
-            value(output.ty, output.safe_value())
-        }
+        Driver::Continuous(_)
+        | Driver::Mealy(_)
+        | Driver::Fires(_)
+        | Driver::Stored(_)
+        | Driver::Controlled(_) => value(output.ty, output.safe_value()),
     }
 }
 
@@ -452,7 +455,11 @@ fn params(net: &Net, output: net::OutputId) -> Vec<Type> {
     match net.outputs.get(output).map(|it| &it.driver) {
         Some(Driver::Extern { params, .. }) => params.iter().map(|it| it.ty).collect(),
         Some(
-            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_),
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Fires(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_),
         )
         | None => Vec::new(),
     }

@@ -271,6 +271,7 @@ fn vector_row(net: &Net, row: &Row, input: &InputRow) -> TraceRow {
                 }
                 grafsynth_ir::net::Driver::Continuous(_)
                 | grafsynth_ir::net::Driver::Mealy(_)
+                | grafsynth_ir::net::Driver::Fires(_)
                 | grafsynth_ir::net::Driver::Controlled(_)
                 | grafsynth_ir::net::Driver::Stored(_) => row.outputs[id.index()],
             })

@@ -429,7 +429,10 @@ fn deciding<'n>(
             all.extend(emissions.iter().filter_map(|emission| emission.condition.as_ref()));
             all.extend(net.emergency.iter().map(|emergency| &emergency.condition));
         }
-        Some(Driver::Stored(_) | Driver::Controlled(_) | Driver::Extern { .. }) | None => {}
+        Some(
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) | Driver::Extern { .. },
+        )
+        | None => {}
     }
     all
 }

@@ -126,7 +126,8 @@ fn bind(net: &Net, logic: &Logic, renames: &Renames) -> Result<Bound, Vec<Diagno
         output.role = match twin(name, &ours, &theirs) {
             Some(twin) if net.outputs[twin].ty.is_bool() && !bound.outputs.contains(&twin) => {
                 bound.outputs.push(twin);
-                output.mealy = matches!(net.outputs[twin].driver, Driver::Mealy(_));
+                output.mealy =
+                    matches!(net.outputs[twin].driver, Driver::Mealy(_) | Driver::Fires(_));
                 PinRole::Output(twin, 0)
             }
             None if is_alike(name, "busy") && is_stable => PinRole::Busy,

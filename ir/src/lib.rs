@@ -16,6 +16,7 @@ pub mod arena;
 pub mod chart;
 pub mod codes;
 pub mod diag;
+pub mod division;
 pub mod expr;
 pub mod facts;
 pub mod instance;

@@ -275,6 +275,8 @@ pub struct Part {
     pub priority: Option<u32>,
     /// For a statechart, the entries of a reset, in document order.
     pub initial: Vec<Enter>,
+    /// True in a part of a split that may have only some steps of the chart, so that nothing need begin here (§10.2).
+    pub is_cut: bool,
     /// Source location, comment and tags.
     pub meta: Meta,
 }
@@ -359,6 +361,12 @@ impl Output {
         }
     }
 
+    /// True if an emergency forces the output to its safe value: all outputs of the plant, so neither extern actions nor [`Driver::Fires`].
+    #[must_use]
+    pub fn is_forced(&self) -> bool {
+        !matches!(self.driver, Driver::Extern { .. } | Driver::Fires(_))
+    }
+
     /// True for an extern action: a function of the user's library, which has no value.
     #[must_use]
     pub fn is_extern(&self) -> bool {
@@ -367,10 +375,13 @@ impl Output {
 }
 
 impl Net {
-    /// The value of an output at the pin: `value`, or the safe value during an emergency. Not for extern actions.
+    /// The value of an output at the pin: `value`, or the safe value during an emergency if that forces the output.
     #[must_use]
     pub fn forced(&self, output: OutputId, value: Expr) -> Expr {
         let Some(emergency) = &self.emergency else { return value };
+        if !self.outputs[output].is_forced() {
+            return value;
+        }
         self.outputs[output].forced(value, emergency.condition.clone())
     }
 }
@@ -395,6 +406,9 @@ pub enum Driver {
     Continuous(Vec<Emission>),
     /// Like `Continuous`, but reads the situation before the micro-step and the inputs of this reaction; evolution `Single` only (§3.6).
     Mealy(Vec<Emission>),
+    /// True in a reaction in which the transition fires, false at reset; evolution `Single` only. A part of a split shows it to the other parts (§10). On a
+    /// chip the pin has this value before the clock edge. An emergency does not force it, because it is not an output of the plant.
+    Fires(TransitionId),
     /// The value of a variable, which stores the output.
     Stored(VarId),
     /// Q of a controlled action.

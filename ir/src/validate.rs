@@ -31,7 +31,7 @@
 //! 14. Continuous, mealy and controlled outputs and extern actions are Boolean. A stored output has the type of its variable, which is not an array and
 //!     has the origin `StoredOutput`; each such variable is the memory of exactly one output. A controlled action drives at most one output.
 //! 15. An extern action is continuous or called, never both; it has one argument of the right kind for each parameter.
-//! 16. Mealy outputs are allowed only in evolution `Single`.
+//! 16. Mealy outputs, and outputs that show that a transition fires, are allowed only in evolution `Single`.
 //! 17. An assignment has an index if and only if its target is an array, and a value of the target's kind. Only events are raised or sent; only extern actions
 //!     are called.
 //! 18. A controlled action has duration 0 unless one of its qualifiers is timed. No duration of an action or a send is above [`crate::interval::LONGEST`].

@@ -560,7 +560,7 @@ impl<'a> Encoder<'a> {
             let after = shown.after.filter(|bits| {
                 bits.iter().enumerate().all(|(bit, &node)| at_reset[node] == reset(bit))
             });
-            let is_mealy = matches!(output.driver, Driver::Mealy(_));
+            let is_mealy = matches!(output.driver, Driver::Mealy(_) | Driver::Fires(_));
             let (bits, is_registered, mealy) = match after {
                 // With several clocks, every output already has a register.
                 Some(after) if self.stepwise.is_some() => (after, false, false),

@@ -157,8 +157,14 @@ impl Reaction<'_> {
                 Driver::Controlled(action) => {
                     self.state.cells[tables.layout.at(Cell::ActionQ(action))]
                 }
-                Driver::Continuous(_) | Driver::Mealy(_) | Driver::Extern { .. } => continue,
+                Driver::Continuous(_)
+                | Driver::Mealy(_)
+                | Driver::Fires(_)
+                | Driver::Extern { .. } => continue,
             };
+        }
+        for (id, transition) in &tables.firings {
+            self.row.outputs[id.index()] = i64::from(self.work.fired.contains(transition));
         }
         let mut calls: Vec<(OutputId, u32)> = Vec::new();
         let mut at = 0;
@@ -184,7 +190,7 @@ impl Reaction<'_> {
                         self.row.outputs[id.index()] = output.safe_value();
                         self.work.lit.push(id);
                     }
-                    Driver::Mealy(_) | Driver::Extern { .. } => {}
+                    Driver::Mealy(_) | Driver::Fires(_) | Driver::Extern { .. } => {}
                 }
             }
         } else {

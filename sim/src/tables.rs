@@ -37,6 +37,8 @@ pub(crate) struct Tables {
     pub(crate) emissions: Vec<Vec<(OutputId, u32)>>,
     /// Mealy outputs.
     pub(crate) mealy: Vec<OutputId>,
+    /// Outputs that show that a transition fires.
+    pub(crate) firings: Vec<(OutputId, TransitionId)>,
     /// Outputs that are copied from a variable or an action at the end of a reaction.
     pub(crate) copied: Vec<OutputId>,
     /// For each step, its continuous calls, with the index of the call.
@@ -148,6 +150,7 @@ impl Tables {
                     }
                 }
                 Driver::Mealy(_) => self.mealy.push(id),
+                Driver::Fires(transition) => self.firings.push((id, *transition)),
                 Driver::Extern { calls, .. } => {
                     for (place, call) in calls.iter().enumerate() {
                         self.calls[call.step.index()].push((id, place as u32));

@@ -149,6 +149,7 @@ impl TraceLayout {
                 }
                 Driver::Continuous(_)
                 | Driver::Mealy(_)
+                | Driver::Fires(_)
                 | Driver::Stored(_)
                 | Driver::Controlled(_) => {
                     layout.column(&output.name.text, ColumnKind::Output(id), output.ty);

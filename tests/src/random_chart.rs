@@ -148,7 +148,7 @@ pub fn expressible(net: Valid<Net>, lists: bool) -> Option<Valid<Net>> {
                 emissions.iter_mut().for_each(|one| one.condition = None);
             }
             Driver::Controlled(action) => driving.push(*action),
-            Driver::Mealy(_) | Driver::Stored(_) | Driver::Extern { .. } => {}
+            Driver::Mealy(_) | Driver::Fires(_) | Driver::Stored(_) | Driver::Extern { .. } => {}
         }
     }
     let actions: Vec<_> = net.actions.ids().collect();
@@ -187,7 +187,7 @@ fn renamed(net: Valid<Net>, random: &mut Random) -> Valid<Net> {
             Driver::Stored(var) => net.vars[var].name = new.clone(),
             Driver::Controlled(action) => net.actions[action].name = new.clone(),
             Driver::Extern { .. } => continue,
-            Driver::Continuous(_) | Driver::Mealy(_) => {}
+            Driver::Continuous(_) | Driver::Mealy(_) | Driver::Fires(_) => {}
         }
         net.outputs[id].name = new;
     }

@@ -311,9 +311,11 @@ fn can_double(net: &Net, step: StepId) -> bool {
     }
     let has_calls = net.outputs.values().any(|output| match &output.driver {
         Driver::Extern { calls, .. } => calls.iter().any(|call| call.step == step),
-        Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Controlled(_) => {
-            false
-        }
+        Driver::Continuous(_)
+        | Driver::Mealy(_)
+        | Driver::Fires(_)
+        | Driver::Stored(_)
+        | Driver::Controlled(_) => false,
     });
     let loops = net
         .transitions

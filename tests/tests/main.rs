@@ -40,6 +40,7 @@ mod safe_state;
 mod scxml;
 mod shared_timers;
 mod simulator_laws;
+mod split;
 mod strict;
 mod structured_text;
 mod styles;

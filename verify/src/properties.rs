@@ -67,7 +67,7 @@ pub fn with_emergency(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
         let safe = output.safe_value();
         match &output.driver {
             Driver::Mealy(_) if !over_inputs => None,
-            Driver::Extern { .. } => None,
+            _ if !output.is_forced() => None,
             _ => Some(match output.ty {
                 Type::Bool if safe == 0 => value,
                 Type::Bool => value.not(),

@@ -172,7 +172,7 @@ impl<'n> Relevance<'n> {
                         self.by_step[call.step].add(&set);
                     }
                 }
-                Driver::Stored(_) | Driver::Controlled(_) => {}
+                Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
             }
         }
         for (id, transition) in net.transitions.iter() {

@@ -274,7 +274,7 @@ impl Look<'_> {
                         }
                     }
                 }
-                Driver::Stored(_) | Driver::Controlled(_) => {}
+                Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
             }
         }
         for action in net.actions.values() {

@@ -464,6 +464,7 @@ fn shown(output: &Output) -> Result<Expr, Refusal> {
         Driver::Continuous(emissions) => Ok(lit(emissions)),
         Driver::Stored(var) => Ok(Expr::leaf(Leaf::Var(*var), span)),
         Driver::Mealy(_) => refuse("a mealy output", span),
+        Driver::Fires(_) => refuse("an output that shows that a transition fires", span),
         Driver::Controlled(_) => refuse("a controlled action", span),
         Driver::Extern { .. } => refuse("an extern action", span),
     }

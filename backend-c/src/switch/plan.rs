@@ -13,7 +13,7 @@ use crate::refusal::{Refusal, refuse};
 use competition::competition;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind, StmtKind,
+    Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind, StmtKind,
     Transition, TransitionId, TransitionKind, Var, VarId,
 };
 use grafsynth_ir::plan::{Needs, following, is_over_inputs, urgency};
@@ -70,6 +70,8 @@ pub(crate) struct Plan {
     pub(crate) owner: IdMap<Transition, Option<usize>>,
     /// True for a transition that changes a variable besides its owner.
     pub(crate) is_wide: IdMap<Transition, bool>,
+    /// The transitions with an output that shows that they fire.
+    pub(crate) is_shown: IdMap<Transition, bool>,
     /// When each extern condition is called.
     pub(crate) latches: BTreeMap<InputId, Latch>,
     /// Steps whose time is read.
@@ -109,6 +111,12 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     let mut leaving: IdMap<Step, Vec<TransitionId>> = IdMap::filled(&net.steps, Vec::new());
     let mut owner = IdMap::filled(&net.transitions, None);
     let mut is_wide = IdMap::filled(&net.transitions, false);
+    let mut is_shown = IdMap::filled(&net.transitions, false);
+    for output in net.outputs.values() {
+        if let Driver::Fires(transition) = output.driver {
+            is_shown[transition] = true;
+        }
+    }
     for (id, transition) in net.transitions.iter() {
         let mut taken = BTreeMap::new();
         let mut possible = true;
@@ -160,6 +168,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
         leaving,
         owner,
         is_wide,
+        is_shown,
         latches: BTreeMap::new(),
         timed: BTreeSet::new(),
     };

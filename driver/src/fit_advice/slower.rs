@@ -167,7 +167,7 @@ fn change_times(net: &mut Net, change: &mut impl FnMut(u64) -> u64) {
                     call.condition.iter_mut().chain(&mut call.arguments).for_each(&mut one);
                 }
             }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
     net.emergency.iter_mut().for_each(|emergency| one(&mut emergency.condition));

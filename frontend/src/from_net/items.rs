@@ -57,6 +57,10 @@ impl Writer<'_> {
                         );
                     }
                 }
+                Driver::Fires(_) => self.findings.push(cannot(
+                    format!("the output `{}`, which shows that a transition fires", output.name),
+                    output.name.span,
+                )),
                 Driver::Stored(_) => {}
                 Driver::Controlled(id) => {
                     driven.insert(id.index(), ());

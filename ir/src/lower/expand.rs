@@ -38,6 +38,7 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
             level: 1,
             priority: part_priority(&chart.items),
             initial: Vec::new(),
+            is_cut: false,
             meta: chart.meta.clone(),
         });
         let prefix = if several { format!("{}.", chart.name) } else { String::new() };
@@ -467,6 +468,7 @@ impl<'a> Expansion<'_, 'a> {
             level: self.lowering.net.parts[outer_part].level + 1,
             priority: part_priority(&source.items).or(self.lowering.net.parts[outer_part].priority),
             initial: Vec::new(),
+            is_cut: false,
             meta: source.meta.clone(),
         };
         let cycle = self.is_open(&source.name);
@@ -604,6 +606,7 @@ impl<'a> Expansion<'_, 'a> {
             level: self.lowering.net.parts[outer_part].level + 1,
             priority: part_priority(&source.items).or(self.lowering.net.parts[outer_part].priority),
             initial: Vec::new(),
+            is_cut: false,
             meta: source.step.meta.clone(),
         };
         let part = self.lowering.net.parts.push(part);

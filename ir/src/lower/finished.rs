@@ -69,7 +69,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
         names.others.insert(output.name.text.clone(), Symbol::Output(id));
         lowering.roles.push(match output.driver {
             Driver::Continuous(_) => Role::Continuous,
-            Driver::Mealy(_) => Role::Mealy,
+            Driver::Mealy(_) | Driver::Fires(_) => Role::Mealy,
             Driver::Stored(var) => Role::Stored(var),
             Driver::Controlled(action) => Role::Controlled(action),
             Driver::Extern { .. } => Role::Extern,

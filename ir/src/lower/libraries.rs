@@ -146,6 +146,7 @@ impl<'a> Expansion<'_, 'a> {
             priority: part_priority(&library.items)
                 .or(self.lowering.net.parts[outer_part].priority),
             initial: Vec::new(),
+            is_cut: false,
             meta: source.meta.clone(),
         });
         let body = new_scope(self.lowering, None, prefix, part, inside, chart);

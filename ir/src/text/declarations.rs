@@ -242,6 +242,7 @@ impl Parser<'_> {
         self.expect("level")?;
         let level = self.number()?;
         let priority = if self.eat("priority") { Some(self.number()?) } else { None };
+        let is_cut = self.eat("cut");
         self.end_of_line()?;
         let mut initial = Vec::new();
         while self.below(&["enter"])?.is_some() {
@@ -249,7 +250,7 @@ impl Parser<'_> {
             initial.extend(self.list(Self::enter)?);
             self.end_of_line()?;
         }
-        self.net_mut().parts.push(Part { name, level, priority, initial, meta });
+        self.net_mut().parts.push(Part { name, level, priority, initial, is_cut, meta });
         Ok(())
     }
 
@@ -311,6 +312,8 @@ impl Parser<'_> {
                 self.end_of_line()?;
             }
             if is_mealy { Driver::Mealy(emissions) } else { Driver::Continuous(emissions) }
+        } else if self.eat("fires") {
+            Driver::Fires(self.transition_ref()?)
         } else if self.eat("stored") {
             Driver::Stored(self.var_ref()?)
         } else if self.eat("controlled") {
@@ -320,7 +323,7 @@ impl Parser<'_> {
             self.end_of_line()?;
             self.extern_driver()?
         };
-        if matches!(driver, Driver::Stored(_) | Driver::Controlled(_)) {
+        if matches!(driver, Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_)) {
             self.end_of_line()?;
         }
         self.net_mut().outputs.push(Output { name, ty, driver, safe, registered, meta });

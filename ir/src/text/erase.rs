@@ -108,6 +108,6 @@ fn driver(driver: &mut Driver) {
                 call.arguments.iter_mut().for_each(Expr::erase_spans);
             }
         }
-        Driver::Stored(_) | Driver::Controlled(_) => {}
+        Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
     }
 }

@@ -146,6 +146,7 @@ impl Printer<'_> {
             self.head("part", &part.name.text, &part.meta);
             put!(self, " level {}", part.level);
             self.optional("priority", part.priority);
+            self.out.push_str(if part.is_cut { " cut" } else { "" });
             if !part.initial.is_empty() {
                 put!(self, "\n    enter ({})", self.enters(&part.initial));
             }
@@ -361,6 +362,9 @@ impl Printer<'_> {
                     put!(self, "    emit {}", self.step(emission.step));
                     self.condition("if", emission.condition.as_ref());
                 }
+            }
+            Driver::Fires(transition) => {
+                put!(self, " fires {}\n", self.transition(*transition));
             }
             Driver::Stored(var) => {
                 put!(self, " stored {}\n", self.var(*var));

@@ -50,6 +50,15 @@ impl Checker<'_> {
                         );
                     }
                 }
+                Driver::Fires(transition) => {
+                    self.has(&net.transitions, *transition, span, "transition");
+                    if net.settings.evolution != Evolution::Single {
+                        let message = format!(
+                            "the output `{name}` shows that a transition fires, but the evolution is stable"
+                        );
+                        self.report(codes::SETTINGS, span, message);
+                    }
+                }
                 Driver::Stored(var) => {
                     wants_bool = false;
                     self.memory(output, *var, &mut memories);

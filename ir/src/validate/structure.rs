@@ -464,7 +464,7 @@ impl Checker<'_> {
             begins[*part] = true;
         }
         for (id, part) in net.parts.iter() {
-            if part.level == 1 && has_steps[id] && !begins[id] {
+            if part.level == 1 && has_steps[id] && !begins[id] && !part.is_cut {
                 let message = format!(
                     "the chart `{}` has no initial step, so it can never become active",
                     part.name

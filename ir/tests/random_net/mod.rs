@@ -333,6 +333,7 @@ pub(crate) fn net(seed: u64) -> Net {
             level: r.number(),
             priority: r.maybe(Random::number),
             initial: enters(r),
+            is_cut: r.number() % 4 == 0,
             meta: meta(r),
         }),
         inputs: r.arena(4, |r| Input {

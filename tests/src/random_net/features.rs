@@ -49,6 +49,8 @@ pub struct Features {
     pub many_inputs: bool,
     pub finals: bool,
     pub mealy: bool,
+    /// Outputs that show that a transition fires. It uses its own random numbers.
+    pub firings: bool,
     pub restart: bool,
     pub otherwise: bool,
     pub simultaneous: bool,
@@ -99,6 +101,7 @@ impl Features {
             many_inputs: false,
             finals: true,
             mealy: true,
+            firings: false,
             restart: true,
             otherwise: true,
             simultaneous: true,
@@ -121,6 +124,7 @@ impl Features {
             delayed_sends: true,
             entries: true,
             many_inputs: true,
+            firings: true,
             ..Self::everything()
         }
     }
@@ -167,7 +171,7 @@ impl Features {
 
     /// All switches except `unspecified`, which leaves cells undefined that two engines may fill differently, and `waits_for_inputs` and `step_actions`,
     /// which are shapes and not features of a net.
-    fn switches(&mut self) -> [&mut bool; 34] {
+    fn switches(&mut self) -> [&mut bool; 35] {
         [
             &mut self.single,
             &mut self.stable,
@@ -203,6 +207,7 @@ impl Features {
             &mut self.delayed_sends,
             &mut self.entries,
             &mut self.many_inputs,
+            &mut self.firings,
         ]
     }
 
@@ -239,6 +244,7 @@ impl Features {
             many_inputs: false,
             finals: false,
             mealy: false,
+            firings: false,
             restart: false,
             otherwise: false,
             simultaneous: false,
@@ -293,6 +299,7 @@ impl Features {
     pub fn chip() -> Self {
         Features {
             stable: false,
+            firings: true,
             arrays: false,
             externs: false,
             policies: vec![Policy::All, Policy::Priority, Policy::PriorityAge],

@@ -22,7 +22,8 @@ use grafsynth_ir::net::{
     ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Evolution, Expr,
     ExternCall, Input, InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param,
     Part, PartId, Policy, Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule,
-    SendSlot, Sharing, Step, StepId, StepKind, Task, Timer, Unspecified, Var, VarId, VarOrigin,
+    SendSlot, Sharing, Step, StepId, StepKind, Task, Timer, TransitionId, Unspecified, Var, VarId,
+    VarOrigin,
 };
 use grafsynth_ir::sharing::{Accesses, separate};
 use grafsynth_ir::{Name, Span, Valid, validate};
@@ -117,10 +118,27 @@ impl<'f> Builder<'f> {
         self.lists();
         self.outputs();
         self.rest();
+        if self.on.firings {
+            self.firings(seed);
+        }
         if self.on.sharing {
             self.sharing(seed);
         }
         self.net
+    }
+
+    /// Adds outputs that show that a transition fires, in half of the nets that can have them.
+    fn firings(&mut self, seed: u64) {
+        let mut random = Random::new(seed ^ 0xf1_4e5);
+        let transitions: Vec<TransitionId> = self.net.transitions.ids().collect();
+        if self.net.settings.evolution != Evolution::Single || random.one_in(2) {
+            return;
+        }
+        for index in 1..=1 + random.below(2) {
+            if let Some(transition) = random.pick(&transitions) {
+                self.output(format!("fires{index}"), Type::Bool, Driver::Fires(*transition));
+            }
+        }
     }
 
     /// Makes variables that tasks of halting steps use buffered or protected, in half of the nets that have such variables. It uses its own random
@@ -682,6 +700,10 @@ mod tests {
     fn programs_have_what_enters_and_what_waits() {
         let nets: Vec<Valid<Net>> =
             (0..600).map(|seed| random_net(seed, &Features::program())).collect();
+        let firings = nets.iter().filter(|net| {
+            net.outputs.values().any(|output| matches!(output.driver, Driver::Fires(_)))
+        });
+        assert!(firings.count() >= 50);
         let many = nets.iter().filter(|net| (12..=26).contains(&net.inputs.len())).count();
         assert!(many >= 100, "{many}");
         let with_content = |net: &Valid<Net>| {

@@ -156,6 +156,8 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
                     Driver::Continuous(kept)
                 }
             }
+            Driver::Fires(transition) => renumber(&keep.transitions, *transition)
+                .map_or(Driver::Continuous(Vec::new()), Driver::Fires),
             Driver::Stored(var) => {
                 renumber(&keep.vars, *var).map_or(Driver::Continuous(Vec::new()), Driver::Stored)
             }
@@ -494,7 +496,7 @@ fn drop_entry(net: &mut Net, mut at: usize) -> bool {
                 drop_from(emissions, &mut at)
             }
             Driver::Extern { calls, .. } => drop_from(calls, &mut at),
-            Driver::Stored(_) | Driver::Controlled(_) => false,
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => false,
         })
         || net.actions.iter_mut().any(|(_, action)| drop_from(&mut action.uses, &mut at))
         || net.steps.iter_mut().any(|(_, step)| drop_from(&mut step.tasks, &mut at))
@@ -576,7 +578,7 @@ fn conditions(net: &mut Net) -> Vec<&mut Expr> {
                     all.extend(&mut call.arguments);
                 }
             }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
     for (_, action) in net.actions.iter_mut() {
@@ -702,7 +704,7 @@ fn drop_condition(net: &mut Net, mut at: usize) -> bool {
             emissions.iter_mut().any(|emission| drop_it(&mut emission.condition))
         }
         Driver::Extern { calls, .. } => calls.iter_mut().any(|call| drop_it(&mut call.condition)),
-        Driver::Stored(_) | Driver::Controlled(_) => false,
+        Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => false,
     }) || net
         .actions
         .iter_mut()

@@ -97,7 +97,7 @@ pub(super) fn over_state(net: &Net, property: &PropertyExpr) -> Option<Expr> {
                 })),
                 Driver::Stored(var) => Expr::leaf(Leaf::Var(*var), span),
                 Driver::Controlled(action) => Expr::leaf(Leaf::Controlled(*action), span),
-                Driver::Mealy(_) | Driver::Extern { .. } => return Err(()),
+                Driver::Mealy(_) | Driver::Fires(_) | Driver::Extern { .. } => return Err(()),
             };
             Ok(net.forced(*id, value))
         }

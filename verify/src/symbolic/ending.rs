@@ -209,6 +209,12 @@ impl Maker<'_> {
             let code = match &output.driver {
                 Driver::Continuous(emissions) => vec![self.continuous(state, id, emissions)],
                 Driver::Mealy(_) => vec![Lit::FALSE],
+                Driver::Fires(transition) => {
+                    // Evolution `Single`: at most one micro-step; none at reset.
+                    let fires = self.fired.first().map(|fired| fired[transition.index()]);
+                    all.push(vec![fires.unwrap_or(Lit::FALSE)]);
+                    continue;
+                }
                 Driver::Stored(var) => match state.vars[var.index()].first().cloned() {
                     Some(Value::Flag(lit)) => vec![lit],
                     Some(Value::Number(number)) => {

@@ -452,8 +452,8 @@ impl<'n> Maker<'n> {
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
+        self.fired.clear();
         if self.statechart.is_some() {
-            self.fired.clear();
             self.reset_statechart(&mut state)?;
             return self.end_of_statechart(state);
         }
@@ -762,7 +762,10 @@ impl<'n> Maker<'n> {
             .zip(net.outputs.values())
             .map(|(code, output)| match &output.driver {
                 Driver::Continuous(_) | Driver::Stored(_) => Some(code),
-                Driver::Mealy(_) | Driver::Controlled(_) | Driver::Extern { .. } => None,
+                Driver::Mealy(_)
+                | Driver::Fires(_)
+                | Driver::Controlled(_)
+                | Driver::Extern { .. } => None,
             })
             .collect()
     }

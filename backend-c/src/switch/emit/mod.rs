@@ -392,7 +392,7 @@ impl<'a> Emit<'a> {
             add("bool", "fired".to_string(), Init::NotFired, true, note);
         }
         for (id, _) in self.net.transitions.iter() {
-            if self.plan.is_wide[id] && self.needs_flag(id) {
+            if self.needs_flag(id) {
                 add("bool", self.fire_flag(id), Init::NotFired, true, &self.transition_note(id));
             }
         }
@@ -423,14 +423,14 @@ impl<'a> Emit<'a> {
         self.scratch = scratch;
     }
 
-    /// True if a variable other than the owner loses a step to the transition.
+    /// True if the reaction records that the transition fires: a variable other than the owner loses a step to it, or an output shows it.
     fn needs_flag(&self, transition: TransitionId) -> bool {
         let owner = self.plan.owner[transition];
         let others = self.net.transitions[transition]
             .requires
             .iter()
             .any(|step| Some(self.plan.place[*step].0) != owner);
-        owner.is_some() && others
+        owner.is_some() && (others || self.plan.is_shown[transition])
     }
 
     fn edge_uses(&self, wanted: EdgeId) -> (bool, bool) {

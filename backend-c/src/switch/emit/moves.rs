@@ -430,10 +430,10 @@ impl Emit<'_> {
             }
         }
         if is_owner {
+            if self.needs_flag(id) {
+                nodes.push(Node::line(format!("{} = true;", self.scan(&self.fire_flag(id)))));
+            }
             if plan.is_wide[id] {
-                if self.needs_flag(id) {
-                    nodes.push(Node::line(format!("{} = true;", self.scan(&self.fire_flag(id)))));
-                }
                 for entered in grafsynth_ir::plan::following(transition) {
                     let (machine, _) = plan.place[entered];
                     if machine != index && plan.taken(net, id, machine).is_none() {

@@ -158,7 +158,26 @@ impl Emit<'_> {
                         ),
                     }
                 }
-                Driver::Stored(_) | Driver::Extern { .. } | Driver::Controlled(_) => {}
+                Driver::Fires(transition) if !mealy => {
+                    // A transition without an owner requires two steps that exclude each other.
+                    let value = if self.needs_flag(*transition) {
+                        CExpr::condition(self.scan(&self.fire_flag(*transition)), Prec::Atom)
+                    } else {
+                        CExpr::bool(false)
+                    };
+                    match bit {
+                        Some(_) if value.is_false() => {}
+                        Some(light) => nodes.push(Node::when(&value.text, vec![light])),
+                        None => nodes.push(
+                            Node::line(format!("{name} = {};", value.text))
+                                .about(Object::Output(id)),
+                        ),
+                    }
+                }
+                Driver::Fires(_)
+                | Driver::Stored(_)
+                | Driver::Extern { .. }
+                | Driver::Controlled(_) => {}
             }
         }
         nodes.extend(self.output_cases(by_step));

@@ -321,7 +321,7 @@ impl Bank {
 fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
     let mut busy = BTreeSet::new();
     for (id, transition) in net.transitions.iter() {
-        if plan.is_wide[id] || !transition.actions.is_empty() {
+        if plan.is_wide[id] || plan.is_shown[id] || !transition.actions.is_empty() {
             busy.extend(transition.requires.iter().map(|step| plan.place[*step].0));
             busy.extend(following(transition).map(|step| plan.place[step].0));
         }
@@ -342,7 +342,7 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
             Driver::Extern { calls, .. } => {
                 busy.extend(calls.iter().map(|it| plan.place[it.step].0))
             }
-            Driver::Stored(_) | Driver::Controlled(_) => {}
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
         }
     }
     for emergency in net.emergency.iter() {

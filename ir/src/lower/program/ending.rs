@@ -7,6 +7,7 @@ use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{
     ActionId, ControlledAction, Driver, Emission, ExternCall, Output, OutputId, PartId, Qualifier,
+    Transition,
 };
 use crate::program::{ActionPart, CellId, Expr, Leaf, Origin, Stmt, TempRole};
 use crate::simplify::simplify;
@@ -20,7 +21,7 @@ pub(super) struct Controlled {
     pub(super) runs: Vec<(ActionId, Expr)>,
 }
 
-/// Mealy outputs with their values in this reaction.
+/// Outputs that are evaluated before the situation changes, with their values in this reaction.
 pub(super) type Mealy = BTreeMap<OutputId, Expr>;
 
 fn plus(id: CellId, ticks: Expr) -> Expr {
@@ -162,6 +163,22 @@ impl Builder<'_> {
             }
         }
         mealy
+    }
+
+    /// Outputs that show that a transition fires: evaluated before the situation changes, like mealy outputs.
+    pub(super) fn shown_firings(
+        &mut self,
+        fire: &IdMap<Transition, Expr>,
+        mealy: &mut Mealy,
+        out: &mut Vec<Stmt>,
+    ) {
+        for (id, output) in self.net.outputs.iter() {
+            if let Driver::Fires(transition) = output.driver {
+                let name = output.name.text.clone();
+                let value = self.named(name, TempRole::Helper, fire[transition].clone(), out);
+                mealy.insert(id, value);
+            }
+        }
     }
 
     /// END of §3.9: E1 to E4. Nothing is executed for charts that have ended [C20].
@@ -494,7 +511,7 @@ impl Builder<'_> {
                     let value = Expr::or([self.emitted(emissions)].into_iter().chain(kept));
                     out.push(Stmt::Output(id, force(simplify(&value), output)));
                 }
-                Driver::Mealy(_) => {
+                Driver::Mealy(_) | Driver::Fires(_) => {
                     out.push(Stmt::Output(
                         id,
                         mealy.get(&id).cloned().unwrap_or_else(|| Expr::bool(false)),

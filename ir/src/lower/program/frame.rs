@@ -90,9 +90,11 @@ pub fn frame(net: &Valid<Net>) -> Result<Frame, Vec<Diagnostic>> {
     }
     let driven = net.outputs.iter().filter_map(|(id, output)| match output.driver {
         Driver::Controlled(action) => Some((id, q[action].clone())),
-        Driver::Continuous(_) | Driver::Mealy(_) | Driver::Stored(_) | Driver::Extern { .. } => {
-            None
-        }
+        Driver::Continuous(_)
+        | Driver::Mealy(_)
+        | Driver::Fires(_)
+        | Driver::Stored(_)
+        | Driver::Extern { .. } => None,
     });
     let mut frame = Frame {
         program: Program { temps: std::mem::take(&mut builder.temps), ..Program::default() },

@@ -14,13 +14,14 @@ impl Builder<'_> {
     pub(super) fn grafcet_reaction(&mut self) -> Vec<Stmt> {
         let mut out = Vec::new();
         self.latch(&mut out);
-        let mealy = self.mealy_outputs(&mut out);
+        let mut mealy = self.mealy_outputs(&mut out);
         self.latch_events(&mut out);
         self.compare_inputs(&mut out);
         match self.limit() {
             None => {
                 let mut fire = self.check(&mut out);
                 let changes = self.change(&mut fire, &mut out);
+                self.shown_firings(&fire, &mut mealy, &mut out);
                 self.fire(&fire, &changes, &mut out);
                 self.renew_edges(&mut out);
             }

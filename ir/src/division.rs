@@ -1,0 +1,98 @@
+//! A net that is divided into parts, one for each chip and the last one for the CPU (semantics §10).
+//!
+//! Each part is a net of its own, which the back ends, engines and proofs take like any other net. This module is only data: `grafsynth-split` makes it, and
+//! `grafsynth-verify` proves that the parts, joined by their wires, are the net.
+
+use crate::arena::IdMap;
+use crate::net::{
+    ActionId, ControlledAction, EdgeId, EdgeOperand, Input, InputId, Net, Output, OutputId, Step,
+    StepId, Timer, TimerId, Transition, TransitionId, Var, VarId,
+};
+use crate::validate::Valid;
+
+/// The index of a part in [`Division::parts`].
+pub type PartIndex = usize;
+
+/// The part that owns each object of the net.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Owners {
+    /// The owner of a step runs its lists and tasks; other parts may have copies of the step's bit and timer.
+    pub steps: IdMap<Step, PartIndex>,
+    /// The owner of a transition decides whether it fires, and runs its actions.
+    pub transitions: IdMap<Transition, PartIndex>,
+    /// The owner of a variable is the only part that reads or writes it.
+    pub vars: IdMap<Var, PartIndex>,
+    /// The owner of a controlled action has its latches and runs its body.
+    pub actions: IdMap<ControlledAction, PartIndex>,
+    /// The owner of an output drives it.
+    pub outputs: IdMap<Output, PartIndex>,
+}
+
+/// A net as parts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Division {
+    /// The parts, in the order in which they decide: chips first, the CPU last.
+    pub parts: Vec<PartNet>,
+    /// The part that owns each object.
+    pub owners: Owners,
+    /// The wires between parts, in the order of the transitions that they show.
+    pub wires: Vec<Wire>,
+}
+
+/// A wire: it is 1 in a round in which a transition fires.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wire {
+    /// The transition, in the net.
+    pub transition: TransitionId,
+    /// The name of the wire: that of the output of its owner and of the input of each reader.
+    pub name: String,
+    /// The part that drives the wire.
+    pub from: PartIndex,
+    /// The output of that part.
+    pub output: OutputId,
+    /// The parts that read the wire, each with its input; at least one, in order.
+    pub to: Vec<(PartIndex, InputId)>,
+}
+
+/// One part: a net, and the object of the whole net that each of its objects is or copies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartNet {
+    /// The name of the part, as in `--part NAME=DEVICE`.
+    pub name: String,
+    /// The net of the part.
+    pub net: Valid<Net>,
+    /// The step that each step is or copies.
+    pub steps: IdMap<Step, StepId>,
+    /// The transition that each transition is, or whose effect it repeats.
+    pub transitions: IdMap<Transition, TransitionId>,
+    /// The variable that each variable is.
+    pub vars: IdMap<Var, VarId>,
+    /// The timer that each timer is or copies.
+    pub timers: IdMap<Timer, TimerId>,
+    /// The operand that each operand of edges is or copies.
+    pub edges: IdMap<EdgeOperand, EdgeId>,
+    /// The controlled action that each action is.
+    pub actions: IdMap<ControlledAction, ActionId>,
+    /// The source of each input.
+    pub inputs: IdMap<Input, Source>,
+    /// The meaning of each output.
+    pub outputs: IdMap<Output, Shown>,
+}
+
+/// The source of an input of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Source {
+    /// The input of the net, as latched for the round.
+    Input(InputId),
+    /// Whether a transition of another part fires in this round.
+    Fires(TransitionId),
+}
+
+/// The meaning of an output of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shown {
+    /// The output of the net.
+    Output(OutputId),
+    /// Whether a transition of the part fires in this round.
+    Fires(TransitionId),
+}

@@ -1,0 +1,537 @@
+//! The nets of the parts, and the wires between them (semantics §10.2).
+//!
+//! The net of a part contains the objects that the part owns, and copies of all steps, timers and operands of edges that these read. A copy of a step changes when
+//! a transition fires that enters or leaves it. If another part decides that transition, an *image* repeats its effect on the steps that are here: it has the same
+//! steps, cut to those of the part, and a wire as its receptivity. An image never loses a conflict: what competes with it is decided by the same part as the
+//! transition itself, and there it has won.
+//!
+//! A copy has no lists and no tasks, so each list runs on one part only. The steps after a transition are copied only if somebody reads them: a transition into a
+//! step of another part is a sink here, and a source there.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::arena::{Arena, IdMap};
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Source, Wire};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{
+    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
+    ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part, Policy, Property,
+    PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId, Transition,
+    TransitionId, TransitionKind, Var,
+};
+use grafsynth_ir::plan::following;
+use grafsynth_ir::validate::{Valid, validate};
+use grafsynth_ir::walk::{expressions, statements};
+use grafsynth_ir::{Id, Name};
+
+use crate::codes;
+use crate::together::{Groups, Item};
+
+/// Divides a net: each object goes to its owner, and each part gets the copies and wires that it needs. `names` are the names of the parts.
+///
+/// # Errors
+/// Bonded objects with different owners, each with the rule; findings of validation, which would be a bug.
+pub fn divide(
+    net: &Valid<Net>,
+    groups: &Groups,
+    owners: Owners,
+    names: &[String],
+) -> Result<Division, Vec<Diagnostic>> {
+    let apart: Vec<Diagnostic> = groups
+        .bonds
+        .iter()
+        .filter(|bond| owner_of(&owners, groups, bond.one) != owner_of(&owners, groups, bond.other))
+        .map(|bond| {
+            let (one, other) = (bond.one.describe(net), bond.other.describe(net));
+            let message = format!(
+                "{one} and {other} are placed on different parts, but {one} {} {other}",
+                bond.why.text()
+            );
+            Diagnostic::error(codes::APART, message)
+        })
+        .collect();
+    if !apart.is_empty() {
+        return Err(apart);
+    }
+    let contents: Vec<Contents> =
+        (0..names.len()).map(|part| Contents::of(net, &owners, part)).collect();
+    let shown: BTreeSet<TransitionId> =
+        contents.iter().flat_map(|one| one.images.iter().copied()).collect();
+    let wires = wire_names(net, &shown);
+    let mut parts = Vec::new();
+    for (part, name) in names.iter().enumerate() {
+        parts.push(Copier::new(net, &owners, part, &contents[part], &wires).part(name)?);
+    }
+    let mut all = Vec::new();
+    for (transition, name) in wires {
+        let from = owners.transitions[transition];
+        let shows = |(_, shown): &(_, &Shown)| **shown == Shown::Fires(transition);
+        let Some((output, _)) = parts[from].outputs.iter().find(shows) else { continue };
+        let reads = |(_, source): &(InputId, &Source)| **source == Source::Fires(transition);
+        let to = parts
+            .iter()
+            .enumerate()
+            .filter_map(|(part, net)| Some((part, net.inputs.iter().find(reads)?.0)))
+            .collect();
+        all.push(Wire { transition, name, from, output, to });
+    }
+    Ok(Division { parts, owners, wires: all })
+}
+
+/// A name for each wire that no other object has: outputs, inputs and steps share the columns of a trace.
+fn wire_names(net: &Net, shown: &BTreeSet<TransitionId>) -> BTreeMap<TransitionId, String> {
+    let inputs = net.inputs.values().map(|it| it.name.text.as_str());
+    let outputs = net.outputs.values().map(|it| it.name.text.as_str());
+    let steps = net.steps.values().map(|it| it.name.text.as_str());
+    let vars = net.vars.values().map(|it| it.name.text.as_str());
+    let mut used: BTreeSet<String> =
+        inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect();
+    let mut names = BTreeMap::new();
+    for id in shown {
+        let mut name = format!("fires_{}", net.transitions[*id].name.text.replace('.', "_"));
+        while !used.insert(name.clone()) {
+            name.push('_');
+        }
+        names.insert(*id, name);
+    }
+    names
+}
+
+/// The owner of an object; that of an event is the owner of what raises it.
+fn owner_of(owners: &Owners, groups: &Groups, item: Item) -> Option<PartIndex> {
+    Some(match item {
+        Item::Step(id) => owners.steps[id],
+        Item::Transition(id) => owners.transitions[id],
+        Item::Var(id) => owners.vars[id],
+        Item::Action(id) => owners.actions[id],
+        Item::Output(id) => owners.outputs[id],
+        Item::Event(_) => {
+            let group = groups.groups.get(*groups.of.get(&item)?)?;
+            let other = group.iter().find(|other| !matches!(other, Item::Event(_)))?;
+            return owner_of(owners, groups, *other);
+        }
+    })
+}
+
+/// The objects of one part, in the ids of the whole net.
+#[derive(Debug, Default)]
+struct Contents {
+    steps: BTreeSet<StepId>,
+    /// The transitions of other parts that change a step of this part.
+    images: BTreeSet<TransitionId>,
+    inputs: BTreeSet<InputId>,
+    timers: BTreeSet<TimerId>,
+    edges: BTreeSet<EdgeId>,
+}
+
+impl Contents {
+    fn of(net: &Net, owners: &Owners, part: PartIndex) -> Contents {
+        let mut all = Contents::default();
+        for (id, step) in net.steps.iter().filter(|(id, _)| owners.steps[*id] == part) {
+            all.steps.insert(id);
+            let tasks = step.tasks.iter().map(|task| &task.body);
+            for list in [&step.entry, &step.exit].into_iter().chain(tasks) {
+                all.list(net, list);
+            }
+        }
+        for (id, transition) in net.transitions.iter() {
+            if owners.transitions[id] != part {
+                continue;
+            }
+            all.steps.extend(&transition.requires);
+            // Priorities and ages of the following steps decide between transitions, and order their actions.
+            if net.settings.policy == Policy::PriorityAge {
+                all.steps.extend(following(transition));
+            }
+            all.inputs.extend(&transition.events);
+            all.expr(net, &transition.guard);
+            all.list(net, &transition.actions);
+        }
+        for (_, action) in net.actions.iter().filter(|(id, _)| owners.actions[*id] == part) {
+            for one in &action.uses {
+                all.steps.insert(one.step);
+                one.condition.iter().for_each(|condition| all.expr(net, condition));
+            }
+            all.list(net, &action.body);
+        }
+        let mut forced = false;
+        for (_, output) in net.outputs.iter().filter(|(id, _)| owners.outputs[*id] == part) {
+            output.driver.exprs().for_each(|expr| all.expr(net, expr));
+            match &output.driver {
+                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                    all.steps.extend(emissions.iter().map(|emission| emission.step));
+                }
+                Driver::Extern { calls, .. } => {
+                    all.steps.extend(calls.iter().map(|call| call.step))
+                }
+                Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
+            }
+            // The emergency stops the calls of a function too.
+            forced |= !matches!(output.driver, Driver::Fires(_));
+        }
+        if forced && let Some(emergency) = &net.emergency {
+            all.expr(net, &emergency.condition);
+        }
+        // The steps around a step are of its own part, by the rules of place.
+        for (id, transition) in net.transitions.iter() {
+            let mut touched = transition.requires.iter().copied().chain(following(transition));
+            if owners.transitions[id] != part
+                && transition.kind == TransitionKind::Move
+                && touched.any(|step| all.steps.contains(&step))
+            {
+                all.images.insert(id);
+            }
+        }
+        all
+    }
+
+    fn list(&mut self, net: &Net, list: &Block) {
+        expressions(list).for_each(|expr| self.expr(net, expr));
+        for stmt in statements(list) {
+            if let StmtKind::Raise(event) = stmt.kind {
+                self.inputs.insert(event);
+            }
+        }
+    }
+
+    fn expr(&mut self, net: &Net, expr: &Expr) {
+        for leaf in expr.leaves() {
+            match *leaf {
+                Leaf::Input(input) => {
+                    self.inputs.insert(input);
+                }
+                Leaf::Active(step)
+                | Leaf::Elapsed(step)
+                | Leaf::LastElapsed(step)
+                | Leaf::TasksDone(step) => {
+                    self.steps.insert(step);
+                }
+                Leaf::Timer(timer) => {
+                    self.timers.insert(timer);
+                    self.expr(net, &net.timers[timer].condition);
+                }
+                Leaf::Rise(edge) | Leaf::Fall(edge) => {
+                    self.edges.insert(edge);
+                    self.expr(net, &net.edges[edge].expr);
+                }
+                Leaf::Var(_) | Leaf::Fireable(_) | Leaf::Controlled(_) => {}
+            }
+        }
+    }
+}
+
+/// Old ids and their new ones, in order.
+type Ids<T> = BTreeMap<Id<T>, Id<T>>;
+
+/// The new ids of the objects of a part. An object that the part does not have is not in its map.
+struct NewIds {
+    steps: Ids<Step>,
+    transitions: Ids<Transition>,
+    inputs: Ids<Input>,
+    wires: BTreeMap<TransitionId, InputId>,
+    vars: Ids<Var>,
+    timers: Ids<Timer>,
+    edges: Ids<EdgeOperand>,
+    actions: Ids<ControlledAction>,
+    outputs: Ids<Output>,
+}
+
+/// Numbers ids from 0 in their order.
+fn numbered<T>(ids: impl IntoIterator<Item = Id<T>>) -> Ids<T> {
+    ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).collect()
+}
+
+/// Copies the objects of one part. A reference to an object that the part does not have cannot occur: the contents are closed under what expressions read.
+struct Copier<'n> {
+    net: &'n Net,
+    owners: &'n Owners,
+    part: PartIndex,
+    wires: &'n BTreeMap<TransitionId, String>,
+    new: NewIds,
+}
+
+impl<'n> Copier<'n> {
+    fn new(
+        net: &'n Net,
+        owners: &'n Owners,
+        part: PartIndex,
+        contents: &'n Contents,
+        wires: &'n BTreeMap<TransitionId, String>,
+    ) -> Self {
+        let own = |owner: PartIndex| owner == part;
+        let inputs = numbered(contents.inputs.iter().copied());
+        let wired = contents.images.iter().enumerate();
+        let new = NewIds {
+            steps: numbered(contents.steps.iter().copied()),
+            transitions: numbered(
+                net.transitions
+                    .ids()
+                    .filter(|id| own(owners.transitions[*id]) || contents.images.contains(id)),
+            ),
+            wires: wired.map(|(at, id)| (*id, Id::from_index(inputs.len() + at))).collect(),
+            inputs,
+            vars: numbered(net.vars.ids().filter(|id| own(owners.vars[*id]))),
+            timers: numbered(contents.timers.iter().copied()),
+            edges: numbered(contents.edges.iter().copied()),
+            actions: numbered(net.actions.ids().filter(|id| own(owners.actions[*id]))),
+            outputs: numbered(net.outputs.ids().filter(|id| own(owners.outputs[*id]))),
+        };
+        Copier { net, owners, part, wires, new }
+    }
+
+    fn part(&self, name: &str) -> Result<PartNet, Vec<Diagnostic>> {
+        let net = self.net;
+        let mut part = Net {
+            name: Name::new(format!("{}_{name}", net.name), net.name.span),
+            settings: net.settings.clone(),
+            parts: net.parts.values().map(|part| Part { is_cut: true, ..part.clone() }).collect(),
+            ..Net::default()
+        };
+        for id in self.new.inputs.keys() {
+            // The CPU latches all inputs and holds them during the round.
+            part.inputs.push(Input { synchronous: true, ..net.inputs[*id].clone() });
+        }
+        for id in self.new.wires.keys() {
+            let text = self.wires.get(id).cloned().unwrap_or_default();
+            part.inputs.push(Input {
+                name: Name::new(text, net.transitions[*id].name.span),
+                ty: Type::Bool,
+                kind: InputKind::Pin,
+                synchronous: true,
+                meta: Meta::default(),
+            });
+        }
+        part.vars = self.new.vars.keys().map(|id| net.vars[*id].clone()).collect();
+        part.sharing = (net.sharing.iter())
+            .filter_map(|(var, sharing)| Some((*self.new.vars.get(var)?, *sharing)))
+            .collect();
+        part.steps = self.new.steps.keys().map(|id| self.step(*id)).collect();
+        part.transitions = self.new.transitions.keys().map(|id| self.transition(*id)).collect();
+        for id in self.new.timers.keys() {
+            let mut timer = net.timers[*id].clone();
+            timer.condition = self.expr(&timer.condition);
+            part.timers.push(timer);
+        }
+        for id in self.new.edges.keys() {
+            part.edges.push(EdgeOperand { expr: self.expr(&net.edges[*id].expr) });
+        }
+        for id in self.new.actions.keys() {
+            let mut action = net.actions[*id].clone();
+            for one in &mut action.uses {
+                one.step = self.at(&self.new.steps, one.step);
+                one.condition = one.condition.as_ref().map(|condition| self.expr(condition));
+            }
+            action.body = self.list(&action.body);
+            part.actions.push(action);
+        }
+        for id in self.new.outputs.keys() {
+            let mut output = net.outputs[*id].clone();
+            output.driver = self.driver(&output.driver);
+            part.outputs.push(output);
+        }
+        let mut outputs: Vec<Shown> =
+            self.new.outputs.keys().map(|id| Shown::Output(*id)).collect();
+        for (id, name) in self.wires {
+            if self.owners.transitions[*id] == self.part {
+                outputs.push(Shown::Fires(*id));
+                part.outputs.push(Output {
+                    name: Name::new(name.clone(), net.transitions[*id].name.span),
+                    ty: Type::Bool,
+                    driver: Driver::Fires(self.at(&self.new.transitions, *id)),
+                    safe: None,
+                    registered: false,
+                    meta: Meta::default(),
+                });
+            }
+        }
+        for forcing in &net.forcings {
+            if let Some(step) = self.new.steps.get(&forcing.step) {
+                let mut forcing = forcing.clone();
+                forcing.step = *step;
+                if let ForcingOrder::Situation(steps) = &mut forcing.order {
+                    steps.iter_mut().for_each(|step| *step = self.at(&self.new.steps, *step));
+                }
+                part.forcings.push(forcing);
+            }
+        }
+        if part.outputs.values().any(|output| !matches!(output.driver, Driver::Fires(_))) {
+            part.emergency = net.emergency.clone().map(|mut emergency| {
+                emergency.condition = self.expr(&emergency.condition);
+                emergency
+            });
+        }
+        part.properties =
+            net.properties.iter().filter_map(|property| self.assumption(property)).collect();
+        let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
+            .chain(self.new.wires.keys().map(|id| Source::Fires(*id)));
+        let inputs: Vec<Source> = inputs.collect();
+        Ok(PartNet {
+            name: name.to_owned(),
+            steps: olds(&part.steps, &self.new.steps),
+            transitions: olds(&part.transitions, &self.new.transitions),
+            vars: olds(&part.vars, &self.new.vars),
+            timers: olds(&part.timers, &self.new.timers),
+            edges: olds(&part.edges, &self.new.edges),
+            actions: olds(&part.actions, &self.new.actions),
+            inputs: IdMap::build(&part.inputs, |id, _| inputs[id.index()]),
+            outputs: IdMap::build(&part.outputs, |id, _| outputs[id.index()]),
+            net: validate(part)?,
+        })
+    }
+
+    /// The new id of an object of this part.
+    fn at<T>(&self, ids: &Ids<T>, id: Id<T>) -> Id<T> {
+        // Validation of the part reports an id that does not exist.
+        ids.get(&id).copied().unwrap_or(Id::from_index(usize::MAX))
+    }
+
+    fn step(&self, id: StepId) -> Step {
+        let old = &self.net.steps[id];
+        let parent = old.parent.and_then(|parent| self.new.steps.get(&parent)).copied();
+        if self.owners.steps[id] != self.part {
+            let mut copy = Step::new(old.name.clone(), old.part);
+            copy.is_initial = old.is_initial;
+            copy.kind = old.kind;
+            copy.parent = parent;
+            copy.activation_link = old.activation_link && parent.is_some();
+            copy.hidden = old.hidden;
+            copy.priority = old.priority;
+            return copy;
+        }
+        let mut step = old.clone();
+        step.parent = parent;
+        step.activation_link &= parent.is_some();
+        step.entry = self.list(&old.entry);
+        step.exit = self.list(&old.exit);
+        for task in &mut step.tasks {
+            task.body = self.list(&task.body);
+        }
+        step.locks = old.locks.iter().map(|var| self.at(&self.new.vars, *var)).collect();
+        step
+    }
+
+    fn transition(&self, id: TransitionId) -> Transition {
+        let old = &self.net.transitions[id];
+        let here = |steps: &[StepId]| -> Vec<StepId> {
+            steps.iter().filter_map(|step| self.new.steps.get(step).copied()).collect()
+        };
+        let enters = old.enters.iter().filter_map(|enter| match enter {
+            Enter::Step(step) => Some(Enter::Step(*self.new.steps.get(step)?)),
+            // Only statecharts have these.
+            Enter::InitialContent(_) | Enter::History(_) => None,
+        });
+        let mut new = old.clone();
+        new.requires = here(&old.requires);
+        new.clears = here(&old.clears);
+        new.enters = enters.collect();
+        if let Some(wire) = self.new.wires.get(&id) {
+            new.events.clear();
+            new.actions.clear();
+            new.guard = Expr::leaf(Leaf::Input(*wire), old.guard.span);
+        } else {
+            new.events = old.events.iter().map(|event| self.at(&self.new.inputs, *event)).collect();
+            new.actions = self.list(&old.actions);
+            new.guard = self.expr(&old.guard);
+        }
+        new
+    }
+
+    fn driver(&self, driver: &Driver) -> Driver {
+        let emissions = |all: &[Emission]| -> Vec<Emission> {
+            let one = |it: &Emission| Emission {
+                step: self.at(&self.new.steps, it.step),
+                condition: it.condition.as_ref().map(|condition| self.expr(condition)),
+                span: it.span,
+            };
+            all.iter().map(one).collect()
+        };
+        match driver {
+            Driver::Continuous(all) => Driver::Continuous(emissions(all)),
+            Driver::Mealy(all) => Driver::Mealy(emissions(all)),
+            Driver::Fires(id) => Driver::Fires(self.at(&self.new.transitions, *id)),
+            Driver::Stored(var) => Driver::Stored(self.at(&self.new.vars, *var)),
+            Driver::Controlled(action) => Driver::Controlled(self.at(&self.new.actions, *action)),
+            Driver::Extern { params, calls } => Driver::Extern {
+                params: params.clone(),
+                calls: calls
+                    .iter()
+                    .map(|call| ExternCall {
+                        step: self.at(&self.new.steps, call.step),
+                        condition: call.condition.as_ref().map(|condition| self.expr(condition)),
+                        arguments: call.arguments.iter().map(|one| self.expr(one)).collect(),
+                        span: call.span,
+                    })
+                    .collect(),
+            },
+        }
+    }
+
+    fn list(&self, list: &Block) -> Block {
+        list.iter()
+            .map(|stmt| {
+                let kind = match &stmt.kind {
+                    StmtKind::Assign { var, index, value } => StmtKind::Assign {
+                        var: self.at(&self.new.vars, *var),
+                        index: index.as_ref().map(|index| self.expr(index)),
+                        value: self.expr(value),
+                    },
+                    StmtKind::Raise(event) => StmtKind::Raise(self.at(&self.new.inputs, *event)),
+                    StmtKind::Call { output, arguments } => StmtKind::Call {
+                        output: self.at(&self.new.outputs, *output),
+                        arguments: arguments.iter().map(|one| self.expr(one)).collect(),
+                    },
+                    StmtKind::If { condition, then, otherwise } => StmtKind::If {
+                        condition: self.expr(condition),
+                        then: self.list(then),
+                        otherwise: self.list(otherwise),
+                    },
+                    // Only statecharts send.
+                    StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::Code(_) => {
+                        stmt.kind.clone()
+                    }
+                };
+                Stmt { kind, span: stmt.span }
+            })
+            .collect()
+    }
+
+    fn expr(&self, expr: &Expr) -> Expr {
+        let new = &self.new;
+        expr.map_leaves(&|leaf| match *leaf {
+            Leaf::Input(id) => Leaf::Input(self.at(&new.inputs, id)),
+            Leaf::Var(id) => Leaf::Var(self.at(&new.vars, id)),
+            Leaf::Active(id) => Leaf::Active(self.at(&new.steps, id)),
+            Leaf::Elapsed(id) => Leaf::Elapsed(self.at(&new.steps, id)),
+            Leaf::LastElapsed(id) => Leaf::LastElapsed(self.at(&new.steps, id)),
+            Leaf::TasksDone(id) => Leaf::TasksDone(self.at(&new.steps, id)),
+            Leaf::Timer(id) => Leaf::Timer(self.at(&new.timers, id)),
+            Leaf::Rise(id) => Leaf::Rise(self.at(&new.edges, id)),
+            Leaf::Fall(id) => Leaf::Fall(self.at(&new.edges, id)),
+            Leaf::Fireable(id) => Leaf::Fireable(self.at(&new.transitions, id)),
+            Leaf::Controlled(id) => Leaf::Controlled(self.at(&new.actions, id)),
+        })
+    }
+
+    /// An assumption whose inputs are all here. The others only exclude rows, so a part without them is proved for more rows than it gets.
+    fn assumption(&self, property: &Property) -> Option<Property> {
+        let here = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(id)) if self.new.inputs.contains_key(id));
+        if property.role != PropertyRole::Assume || !property.never.leaves().all(here) {
+            return None;
+        }
+        let mut property = property.clone();
+        property.never = property.never.map_leaves(&|leaf| match leaf {
+            PropertyLeaf::Net(Leaf::Input(id)) => {
+                PropertyLeaf::Net(Leaf::Input(self.at(&self.new.inputs, *id)))
+            }
+            other => *other,
+        });
+        Some(property)
+    }
+}
+
+/// The old id of each new object.
+fn olds<T>(arena: &Arena<T>, ids: &Ids<T>) -> IdMap<T, Id<T>> {
+    let old: Vec<Id<T>> = ids.keys().copied().collect();
+    IdMap::build(arena, |id, _| old.get(id.index()).copied().unwrap_or(id))
+}

@@ -1,0 +1,463 @@
+//! Which objects of a net lie on the same part: the rules of place (semantics §10.1).
+//!
+//! Two objects are *bonded* if a part that has one of them needs the other in the same reaction: a list and the variables that it writes, two transitions of which
+//! only one may fire. A part can have copies of steps and timers, because a step changes only when a transition fires, and that is what wires show. It cannot have
+//! a copy of a variable. So steps and timers bond nothing; variables, latches and conflicts do.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::net::{
+    ActionId, Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
+    StepId, StmtKind, TransitionId, TransitionKind, VarId,
+};
+use grafsynth_ir::plan::following;
+use grafsynth_ir::walk::statements;
+
+use crate::codes;
+
+/// An object that lies on exactly one part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[expect(missing_docs, reason = "each variant names the object")]
+pub enum Item {
+    Step(StepId),
+    Transition(TransitionId),
+    Var(VarId),
+    Action(ActionId),
+    Output(OutputId),
+    /// An event that a list raises.
+    Event(InputId),
+}
+
+impl Item {
+    /// The kind and name of the object, for messages.
+    #[must_use]
+    pub fn describe(self, net: &Net) -> String {
+        match self {
+            Item::Step(id) => format!("step `{}`", net.steps[id].name),
+            Item::Transition(id) => format!("transition `{}`", net.transitions[id].name),
+            Item::Var(id) => format!("variable `{}`", net.vars[id].name),
+            Item::Action(id) => format!("action `{}`", net.actions[id].name),
+            Item::Output(id) => format!("output `{}`", net.outputs[id].name),
+            Item::Event(id) => format!("event `{}`", net.inputs[id].name),
+        }
+    }
+}
+
+/// Two objects that lie on the same part, and the rule that says so.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bond {
+    /// The first object.
+    pub one: Item,
+    /// The second object.
+    pub other: Item,
+    /// The rule.
+    pub why: Why,
+}
+
+/// A rule of place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Why {
+    /// An expression or a list of the first object reads or writes the second one.
+    Uses,
+    /// The transitions share a preceding step and compete for it.
+    Competes,
+    /// The receptivity of the first one depends on whether the second one is fireable (`otherwise`).
+    Otherwise,
+    /// A source transition and the first step that it enters.
+    Source,
+    /// `fire one`: at most one transition of the whole net fires.
+    FireOne,
+    /// An enclosing or forcing step changes other steps without a transition that enters or leaves them.
+    Hierarchy,
+    /// The memory of a stored output, or the action that drives an output.
+    Drives,
+}
+
+impl Why {
+    /// The rule in words, for the objects `one` and `other`.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Why::Uses => "uses",
+            Why::Competes => "competes with",
+            Why::Otherwise => "waits, by `otherwise`, for",
+            Why::Source => "is a source transition into",
+            Why::FireOne => "cannot fire together, because of `fire one`, with",
+            Why::Hierarchy => "depends on enclosed or forced steps, as does",
+            Why::Drives => "is driven by",
+        }
+    }
+}
+
+/// The objects of a net in groups: all objects of a group lie on the same part.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Groups {
+    /// The objects of each group, in order; the groups in the order of their first objects.
+    pub groups: Vec<Vec<Item>>,
+    /// The group of each object.
+    pub of: BTreeMap<Item, usize>,
+    /// The bonds that made the groups.
+    pub bonds: Vec<Bond>,
+    /// The groups that only a CPU can have, each with an object and the reason.
+    pub cpu_only: BTreeMap<usize, (Item, &'static str)>,
+}
+
+impl Groups {
+    /// A shortest chain of bonds from one object to another of the same group; empty if there is none.
+    #[must_use]
+    pub fn chain(&self, from: Item, to: Item) -> Vec<&Bond> {
+        let mut before: BTreeMap<Item, &Bond> = BTreeMap::new();
+        let mut seen = BTreeSet::from([from]);
+        let mut layer = vec![from];
+        while !layer.is_empty() && !seen.contains(&to) {
+            let mut next = Vec::new();
+            for bond in &self.bonds {
+                for (near, far) in [(bond.one, bond.other), (bond.other, bond.one)] {
+                    if layer.contains(&near) && seen.insert(far) {
+                        before.insert(far, bond);
+                        next.push(far);
+                    }
+                }
+            }
+            layer = next;
+        }
+        let mut chain = Vec::new();
+        let mut at = to;
+        while let Some(bond) = before.get(&at) {
+            chain.push(*bond);
+            at = if bond.one == at { bond.other } else { bond.one };
+        }
+        chain.reverse();
+        chain
+    }
+}
+
+/// The groups of a net.
+///
+/// # Errors
+/// Features that a split does not support, each with its place.
+pub fn together(net: &Net) -> Result<Groups, Vec<Diagnostic>> {
+    let hierarchy = hierarchy(net);
+    let mut finder = Finder { net, hierarchy, bonds: Vec::new(), cpu: BTreeMap::new() };
+    finder.unsupported()?;
+    finder.all();
+    Ok(finder.groups())
+}
+
+/// What an expression reads. A part can have copies of the steps; it needs the other objects themselves.
+#[derive(Debug, Default)]
+pub(crate) struct Reads {
+    pub(crate) items: BTreeSet<Item>,
+    pub(crate) fireable: BTreeSet<TransitionId>,
+    pub(crate) steps: BTreeSet<StepId>,
+    pub(crate) has_extern: bool,
+}
+
+impl Reads {
+    /// Adds what an expression reads, through edges and timers too.
+    pub(crate) fn add(&mut self, net: &Net, expr: &Expr) {
+        for leaf in expr.leaves() {
+            match *leaf {
+                Leaf::Input(input) => match net.inputs[input].kind {
+                    InputKind::Extern => self.has_extern = true,
+                    InputKind::Event | InputKind::InternalEvent => {
+                        self.items.insert(Item::Event(input));
+                    }
+                    InputKind::Pin => {}
+                },
+                Leaf::Var(var) => {
+                    self.items.insert(Item::Var(var));
+                }
+                Leaf::TasksDone(step) => {
+                    self.items.insert(Item::Step(step));
+                }
+                Leaf::Timer(timer) => self.add(net, &net.timers[timer].condition),
+                Leaf::Rise(edge) | Leaf::Fall(edge) => self.add(net, &net.edges[edge].expr),
+                Leaf::Fireable(transition) => {
+                    self.fireable.insert(transition);
+                }
+                Leaf::Controlled(action) => {
+                    self.items.insert(Item::Action(action));
+                }
+                Leaf::Active(step) | Leaf::Elapsed(step) | Leaf::LastElapsed(step) => {
+                    self.steps.insert(step);
+                }
+            }
+        }
+    }
+}
+
+struct Finder<'n> {
+    net: &'n Net,
+    /// The steps that change without a transition that enters or leaves them: forced and enclosed ones, and those that force or enclose them.
+    hierarchy: BTreeSet<StepId>,
+    bonds: Vec<Bond>,
+    cpu: BTreeMap<Item, &'static str>,
+}
+
+impl Finder<'_> {
+    fn unsupported(&self) -> Result<(), Vec<Diagnostic>> {
+        let net = self.net;
+        let mut findings = Vec::new();
+        let mut refuse = |what: &str, span| {
+            let message = format!("a chart with {what} cannot be split yet");
+            findings.push(Diagnostic::error(codes::UNSUPPORTED, message).at(span, ""));
+        };
+        if net.settings.evolution != Evolution::Single {
+            refuse("the evolution `stable`", net.name.span);
+        }
+        if let Some(open) = net.unspecified.first() {
+            refuse("open cells", open.when.span);
+        }
+        if findings.is_empty() { Ok(()) } else { Err(findings) }
+    }
+
+    fn bond(&mut self, one: Item, other: Item, why: Why) {
+        if one != other {
+            self.bonds.push(Bond { one, other, why });
+        }
+    }
+
+    fn all(&mut self) {
+        let net = self.net;
+        for (id, step) in net.steps.iter() {
+            let item = Item::Step(id);
+            let tasks = step.tasks.iter().map(|task| &task.body);
+            for list in [&step.entry, &step.exit, &step.initial_content].into_iter().chain(tasks) {
+                self.list(item, list);
+            }
+            for lock in &step.locks {
+                self.bond(item, Item::Var(*lock), Why::Uses);
+            }
+            if !step.code.is_empty() {
+                self.cpu.insert(item, "it has a text in the target language");
+            }
+        }
+        for (id, transition) in net.transitions.iter() {
+            let item = Item::Transition(id);
+            self.expr(item, &transition.guard);
+            for event in &transition.events {
+                self.event(item, *event);
+            }
+            self.list(item, &transition.actions);
+            // The owner must have one of the steps, so that the transition is one there.
+            if transition.requires.is_empty()
+                && let Some(step) = following(transition).next()
+            {
+                self.bond(item, Item::Step(step), Why::Source);
+            }
+            if transition.kind == TransitionKind::Reaction {
+                for step in &transition.requires {
+                    self.bond(item, Item::Step(*step), Why::Uses);
+                }
+            }
+        }
+        for (id, action) in net.actions.iter() {
+            let item = Item::Action(id);
+            action.uses.iter().filter_map(|one| one.condition.as_ref()).for_each(|condition| {
+                self.expr(item, condition);
+            });
+            action.uses.iter().for_each(|one| self.copy(item, one.step));
+            self.list(item, &action.body);
+        }
+        for (id, output) in net.outputs.iter() {
+            self.output(id, &output.driver);
+        }
+        self.conflicts();
+        self.hierarchy();
+    }
+
+    /// The item needs a copy of the step, or is on its part if wires cannot show how the step changes.
+    fn copy(&mut self, item: Item, step: StepId) {
+        if self.hierarchy.contains(&step) {
+            self.bond(item, Item::Step(step), Why::Hierarchy);
+        }
+    }
+
+    fn output(&mut self, id: OutputId, driver: &Driver) {
+        let net = self.net;
+        let item = Item::Output(id);
+        driver.exprs().for_each(|expr| self.expr(item, expr));
+        match driver {
+            Driver::Stored(var) => self.bond(item, Item::Var(*var), Why::Drives),
+            Driver::Controlled(action) => self.bond(item, Item::Action(*action), Why::Drives),
+            Driver::Fires(transition) => {
+                self.bond(item, Item::Transition(*transition), Why::Drives);
+            }
+            Driver::Extern { calls, .. } => {
+                self.cpu.insert(item, "it is a function");
+                calls.iter().for_each(|call| self.copy(item, call.step));
+            }
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
+                emissions.iter().for_each(|emission| self.copy(item, emission.step));
+            }
+        }
+        if let Some(emergency) = &net.emergency {
+            self.expr(item, &emergency.condition);
+        }
+    }
+
+    fn event(&mut self, item: Item, event: InputId) {
+        // An event that no list raises is only an input.
+        let raised = |it: &grafsynth_ir::net::Stmt| it.kind == StmtKind::Raise(event);
+        if self.net.lists().any(|list| statements(list).any(raised)) {
+            self.bond(item, Item::Event(event), Why::Uses);
+        }
+    }
+
+    fn expr(&mut self, item: Item, expr: &Expr) {
+        let mut reads = Reads::default();
+        reads.add(self.net, expr);
+        for other in reads.items {
+            match other {
+                Item::Event(event) => self.event(item, event),
+                other => self.bond(item, other, Why::Uses),
+            }
+        }
+        for step in reads.steps {
+            self.copy(item, step);
+        }
+        for transition in reads.fireable {
+            self.bond(item, Item::Transition(transition), Why::Otherwise);
+        }
+        if reads.has_extern {
+            self.cpu.insert(item, "it calls a function");
+        }
+    }
+
+    fn list(&mut self, item: Item, list: &Block) {
+        for stmt in statements(list) {
+            stmt.exprs().for_each(|expr| self.expr(item, expr));
+            match &stmt.kind {
+                StmtKind::Assign { var, .. } => self.bond(item, Item::Var(*var), Why::Uses),
+                StmtKind::Raise(event) => self.event(item, *event),
+                StmtKind::Call { output, .. } => {
+                    self.bond(item, Item::Output(*output), Why::Uses);
+                    self.cpu.insert(item, "it calls a function");
+                }
+                StmtKind::Code(_) => {
+                    self.cpu.insert(item, "it has a text in the target language");
+                }
+                StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::If { .. } => {}
+            }
+        }
+    }
+
+    fn conflicts(&mut self) {
+        let net = self.net;
+        let transitions: Vec<TransitionId> = net.transitions.ids().collect();
+        if net.settings.fire_one {
+            for pair in transitions.windows(2) {
+                self.bond(Item::Transition(pair[0]), Item::Transition(pair[1]), Why::FireOne);
+            }
+        }
+        if net.settings.policy == Policy::All {
+            return;
+        }
+        let mut last: BTreeMap<StepId, TransitionId> = BTreeMap::new();
+        for id in transitions {
+            let transition = &net.transitions[id];
+            if transition.kind == TransitionKind::Reaction {
+                continue;
+            }
+            for step in &transition.requires {
+                if let Some(before) = last.insert(*step, id) {
+                    self.bond(Item::Transition(before), Item::Transition(id), Why::Competes);
+                }
+            }
+        }
+    }
+
+    fn hierarchy(&mut self) {
+        let net = self.net;
+        let steps = self.hierarchy.clone();
+        let parts: BTreeSet<_> = steps.iter().map(|step| net.steps[*step].part).collect();
+        let all: Vec<StepId> = steps.iter().copied().collect();
+        for pair in all.windows(2) {
+            self.bond(Item::Step(pair[0]), Item::Step(pair[1]), Why::Hierarchy);
+        }
+        if let Some(first) = steps.first().copied() {
+            for (id, transition) in net.transitions.iter() {
+                let touches = transition.requires.iter().copied().chain(following(transition));
+                // A source transition of an enclosed chart depends on the step around it.
+                if parts.contains(&transition.part) && transition.requires.is_empty()
+                    || touches.into_iter().any(|step| steps.contains(&step))
+                {
+                    self.bond(Item::Transition(id), Item::Step(first), Why::Hierarchy);
+                }
+            }
+        }
+    }
+
+    fn groups(self) -> Groups {
+        let net = self.net;
+        let raised: BTreeSet<InputId> = net
+            .statements()
+            .filter_map(
+                |stmt| if let StmtKind::Raise(event) = stmt.kind { Some(event) } else { None },
+            )
+            .collect();
+        let items: Vec<Item> = (net.steps.ids().map(Item::Step))
+            .chain(net.transitions.ids().map(Item::Transition))
+            .chain(net.vars.ids().map(Item::Var))
+            .chain(net.actions.ids().map(Item::Action))
+            .chain(net.outputs.ids().map(Item::Output))
+            .chain(raised.into_iter().map(Item::Event))
+            .collect();
+        let place: BTreeMap<Item, usize> =
+            items.iter().enumerate().map(|(at, item)| (*item, at)).collect();
+        let mut root: Vec<usize> = (0..items.len()).collect();
+        for bond in &self.bonds {
+            let (Some(one), Some(other)) = (place.get(&bond.one), place.get(&bond.other)) else {
+                continue;
+            };
+            let (one, other) = (find(&mut root, *one), find(&mut root, *other));
+            root[one.max(other)] = one.min(other);
+        }
+        let mut groups: Vec<Vec<Item>> = Vec::new();
+        let mut of = BTreeMap::new();
+        let mut number: BTreeMap<usize, usize> = BTreeMap::new();
+        for (at, item) in items.iter().enumerate() {
+            let first = find(&mut root, at);
+            let group = *number.entry(first).or_insert_with(|| {
+                groups.push(Vec::new());
+                groups.len() - 1
+            });
+            groups[group].push(*item);
+            of.insert(*item, group);
+        }
+        let mut cpu_only = BTreeMap::new();
+        for (item, reason) in self.cpu {
+            if let Some(group) = of.get(&item) {
+                cpu_only.entry(*group).or_insert((item, reason));
+            }
+        }
+        Groups { groups, of, bonds: self.bonds, cpu_only }
+    }
+}
+
+/// All enclosing, enclosed, forcing and forced steps.
+fn hierarchy(net: &Net) -> BTreeSet<StepId> {
+    let mut steps = BTreeSet::new();
+    for (id, step) in net.steps.iter() {
+        if let Some(parent) = step.parent {
+            steps.extend([id, parent]);
+        }
+    }
+    for forcing in &net.forcings {
+        steps.insert(forcing.step);
+        let forced = net.steps.iter().filter(|(_, step)| forcing.target.contains(&step.part));
+        steps.extend(forced.map(|(id, _)| id));
+    }
+    steps
+}
+
+/// The representative of a set, with path halving.
+fn find(root: &mut [usize], mut at: usize) -> usize {
+    while root[at] != at {
+        root[at] = root[root[at]];
+        at = root[at];
+    }
+    at
+}

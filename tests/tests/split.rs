@@ -1,0 +1,130 @@
+//! Divided nets: the parts, joined by their wires, give the rows of the whole net, and the proof says so. Wrong divisions are not proved.
+//!
+//! `SPLIT_NETS=5000 cargo test -p grafsynth-tests split::` runs more; `SPLIT_SEED=77` runs one net and prints it.
+
+#![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
+#![allow(clippy::print_stdout, reason = "tests report what they did")]
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::division::{Division, Owners};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Valid, text};
+use grafsynth_sim::{Joint, Random, Simulator, Stimulus};
+use grafsynth_split::{Groups, Item, divide, together};
+use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_verify::verdict::Verdict;
+use grafsynth_verify::{Limits, joined, structural_facts};
+
+/// The owners when each group lies on a random part.
+fn owners(net: &Net, groups: &Groups, parts: usize, random: &mut Random) -> Owners {
+    let of: Vec<usize> = groups
+        .groups
+        .iter()
+        .enumerate()
+        .map(
+            |(at, _)| {
+                if groups.cpu_only.contains_key(&at) { parts - 1 } else { random.below(parts) }
+            },
+        )
+        .collect();
+    let part = |item: Item| of[groups.of[&item]];
+    Owners {
+        steps: IdMap::build(&net.steps, |id, _| part(Item::Step(id))),
+        transitions: IdMap::build(&net.transitions, |id, _| part(Item::Transition(id))),
+        vars: IdMap::build(&net.vars, |id, _| part(Item::Var(id))),
+        actions: IdMap::build(&net.actions, |id, _| part(Item::Action(id))),
+        outputs: IdMap::build(&net.outputs, |id, _| part(Item::Output(id))),
+    }
+}
+
+fn names(parts: usize) -> Vec<String> {
+    let mut names: Vec<String> = (1..parts).map(|at| format!("chip{at}")).collect();
+    names.push("cpu".to_owned());
+    names
+}
+
+/// A random division of a net; `None` if its features do not allow any.
+fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
+    let mut random = Random::new(seed ^ 0x5_9117);
+    let groups = together(net).ok()?;
+    let parts = 2 + random.below(2);
+    let owners = owners(net, &groups, parts, &mut random);
+    Some(divide(net, &groups, owners, &names(parts)).unwrap_or_else(|findings| {
+        panic!("seed {seed}: {findings:?}\n{}", text::print(net));
+    }))
+}
+
+/// The first row in which the parts and the net differ.
+fn difference(net: &Valid<Net>, division: &Division, seed: u64) -> Option<String> {
+    let stimulus = Stimulus::random(net, 60, seed, 3);
+    let mut whole = Simulator::new(net);
+    let mut joint = Joint::new(net, division);
+    let zero = grafsynth_sim::InputRow { dt: 0, ..grafsynth_sim::InputRow::zero(net) };
+    let compare = |at: usize, wanted: &grafsynth_sim::Row, given: &grafsynth_sim::Row| {
+        // Which conditions are called is no column of a trace: an operand of an edge that nobody reads is not copied.
+        let effects = |row: &grafsynth_sim::Row| {
+            let mut all = row.effects.clone();
+            all.retain(|effect| !matches!(effect, grafsynth_sim::Effect::Condition(_)));
+            all.sort();
+            all
+        };
+        let same = wanted.steps == given.steps
+            && wanted.outputs == given.outputs
+            && wanted.vars == given.vars
+            && effects(wanted) == effects(given);
+        (!same).then(|| format!("row {at}:\n net   {wanted:?}\n parts {given:?}"))
+    };
+    let first = compare(0, whole.row(), &joint.row(&zero));
+    if first.is_some() {
+        return first;
+    }
+    stimulus.rows().enumerate().find_map(|(at, row)| {
+        let wanted = whole.step(&row).clone();
+        compare(at + 1, &wanted, &joint.step(&row))
+    })
+}
+
+fn count(variable: &str, default: u64) -> u64 {
+    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+fn features(seed: u64) -> Features {
+    let all = Features { stable: false, firings: false, max_steps: 12, ..Features::program() };
+    let all = all.without_statecharts();
+    if seed.is_multiple_of(3) { all } else { all.some(seed) }
+}
+
+#[test]
+fn the_parts_of_random_nets_are_the_net() {
+    let only = std::env::var("SPLIT_SEED").ok().and_then(|text| text.parse().ok());
+    let seeds = only.map_or(0..count("SPLIT_NETS", 300), |seed: u64| seed..seed + 1);
+    let mut tally: BTreeMap<String, u32> = BTreeMap::new();
+    for seed in seeds {
+        let net = random_net(seed, &features(seed));
+        let Some(parts) = division(&net, seed) else { continue };
+        if only.is_some() {
+            println!("{}\n{parts:#?}", text::print(&net));
+        }
+        let wires = parts.wires.len();
+        if let Some(found) = difference(&net, &parts, seed) {
+            let net = shrink(&net, |net| {
+                division(net, seed).is_some_and(|parts| difference(net, &parts, seed).is_some())
+            });
+            panic!("seed {seed}: {found}\nsmallest:\n{}", text::print(&net));
+        }
+        let facts = structural_facts(&net);
+        let verdict = joined(&net, &facts, &parts, false, &Limits::default());
+        let class = match &verdict {
+            Verdict::Proved(_) => "proved".to_owned(),
+            Verdict::Refuted(apart) => panic!("seed {seed}: {apart:?}\n{}", text::print(&net)),
+            Verdict::Open(open) => {
+                open.reasons.first().map(ToString::to_string).unwrap_or_default()
+            }
+        };
+        *tally.entry(class).or_default() += 1;
+        *tally.entry(format!("{} wires", wires.min(3))).or_default() += 1;
+    }
+    println!("{tally:#?}");
+}

@@ -1,0 +1,423 @@
+//! The proof that the parts of a divided net, joined by their wires, are the net (semantics §10.6).
+//!
+//! Let S be a state of the net, and let each part be in the state that S gives to its objects: copies have the values of the originals, and a counter with a lower
+//! cap has the value cut to that cap. It is shown that
+//! 1. after reset the parts are in the state that the net's reset state gives them, with equal outputs;
+//! 2. whether a part's own transitions fire does not depend on its wires, so there is no loop of wires through several parts;
+//! 3. from every S and for every row, each wire shows whether its transition fires in the net; and if the wires have these values, each part is afterwards in the
+//!    state that the net's next state gives it, and its outputs are those of the net.
+//!
+//! By induction the parts then have the net's outputs, steps and variables in every row. The proof uses the second encoding of the reaction for the net and for each
+//! part. It reads the division as a claim: which object a part's object copies is checked, not trusted.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::Valid;
+use grafsynth_ir::division::{Division, PartNet, Shown, Source};
+use grafsynth_ir::facts::Facts;
+use grafsynth_ir::net::{Driver, Evolution, Net, StepId};
+use grafsynth_ir::program::Origin;
+
+use super::aig::{Aig, Lit};
+use super::number::Number;
+use super::reaction::{Inputs, Maker, Reaction};
+use super::shared::Shared;
+use super::state::{Key, State, Value};
+use super::{CONE, Model};
+use crate::limits::Limits;
+use crate::verdict::{Open, Scope, Verdict};
+
+/// The largest `dt` that the proof covers if a row can take several ticks.
+const LONGEST: i64 = 65_535;
+
+/// The proof that the parts are the net.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Joined {
+    /// The number of compared functions: bits of the state of each part, outputs and wires.
+    pub compared: usize,
+    /// The number of functions that are equal by construction; the solver proved the others.
+    pub same: usize,
+    /// The rows that the proof covers.
+    pub scope: Scope,
+}
+
+/// Why the parts are not the net.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Apart {
+    /// What differs: an output, a wire, or a bit of the state of a part.
+    pub what: String,
+    /// A state and inputs for which it differs, in words. The state satisfies the invariants that are known, but it may be unreachable.
+    pub when: String,
+}
+
+/// Proves that the parts of a division are the net, for all rows with a `dt` in the scope: with `one_tick`, 0 or 1.
+///
+/// A difference is reported as refuted only if it is in the reset state or a wire depends on other wires; from a state that may be unreachable the answer is open.
+#[must_use]
+pub fn joined(
+    net: &Valid<Net>,
+    facts: &Facts,
+    division: &Division,
+    one_tick: bool,
+    limits: &Limits,
+) -> Verdict<Joined, Apart> {
+    match prove(net, facts, division, one_tick, limits) {
+        Ok(joined) => Verdict::Proved(joined),
+        Err(Failed::Apart(apart)) => Verdict::Refuted(apart),
+        Err(Failed::Open(reason)) => Verdict::Open(Open::because(reason)),
+    }
+}
+
+enum Failed {
+    Apart(Apart),
+    Open(String),
+}
+
+impl From<String> for Failed {
+    fn from(reason: String) -> Self {
+        Failed::Open(reason)
+    }
+}
+
+struct Proof<'a> {
+    model: Model<'a>,
+    shared: Shared,
+    facts: &'a Facts,
+    limits: &'a Limits,
+    compared: usize,
+    same: usize,
+}
+
+fn prove(
+    net: &Valid<Net>,
+    facts: &Facts,
+    division: &Division,
+    one_tick: bool,
+    limits: &Limits,
+) -> Result<Joined, Failed> {
+    let single = |net: &Net| net.settings.evolution == Evolution::Single;
+    if !single(net) || !division.parts.iter().all(|part| single(&part.net)) {
+        return Err(Failed::Open("the evolution `stable` is not supported".to_owned()));
+    }
+    let has_arguments = net.outputs.values().any(
+        |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
+    );
+    if has_arguments {
+        return Err(Failed::Open("a call with arguments is not supported".to_owned()));
+    }
+    covers(net, division)?;
+    let mut model = Model::of(net, None, limits)?;
+    let (state, mut inputs) = (model.state.clone(), model.inputs.clone());
+    if !one_tick {
+        let bits: Vec<Lit> = (0..16).map(|_| model.aig().variable()).collect();
+        inputs.dt = Some(Number::from_code(model.aig(), &bits, 0));
+        inputs.tick = Lit::TRUE;
+    }
+    debug_assert_eq!(LONGEST, 0xFFFF);
+    let reset = model.maker.reset()?;
+    let next = model.maker.reaction(&state, &inputs)?;
+    let fires = model.maker.fired.first().cloned().unwrap_or_default();
+    let mut proof = Proof { model, shared: Shared::new(), facts, limits, compared: 0, same: 0 };
+    for part in &division.parts {
+        proof.part(net, part, (&state, &inputs), &reset, &next, &fires)?;
+    }
+    let scope = if one_tick { Scope::OneTick } else { Scope::EveryStimulus };
+    Ok(Joined { compared: proof.compared, same: proof.same, scope })
+}
+
+/// Checks that each output of the net is an output of a part, each step and variable is in the state of a part, and each wire has a driver.
+fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
+    let missing = |what: String| Failed::Apart(Apart { what, when: "no part has it".to_owned() });
+    let shown = |wanted: Shown| {
+        division.parts.iter().any(|part| part.outputs.values().any(|shown| *shown == wanted))
+    };
+    for (id, output) in net.outputs.iter() {
+        if !shown(Shown::Output(id)) {
+            return Err(missing(format!("output `{}`", output.name)));
+        }
+    }
+    for (id, step) in net.steps.iter() {
+        if !division.parts.iter().any(|part| part.steps.values().any(|old| *old == id)) {
+            return Err(missing(format!("step `{}`", step.name)));
+        }
+    }
+    for (id, var) in net.vars.iter() {
+        if !division.parts.iter().any(|part| part.vars.values().any(|old| *old == id)) {
+            return Err(missing(format!("variable `{}`", var.name)));
+        }
+    }
+    for source in division.parts.iter().flat_map(|part| part.inputs.values()) {
+        if let Source::Fires(id) = source
+            && !shown(Shown::Fires(*id))
+        {
+            return Err(missing(format!("the wire of transition `{}`", net.transitions[*id].name)));
+        }
+    }
+    Ok(())
+}
+
+impl Proof<'_> {
+    fn part(
+        &mut self,
+        net: &Net,
+        part: &PartNet,
+        (state, inputs): (&State, &Inputs),
+        reset: &Reaction,
+        next: &Reaction,
+        fires: &[Lit],
+    ) -> Result<(), Failed> {
+        let aig = std::mem::replace(self.model.aig(), Aig::new());
+        let mut maker = Maker::new(&part.net, None, self.limits.circuit_nodes)?;
+        maker.aig = aig;
+        let done = self.with(&mut maker, net, part, (state, inputs), reset, next, fires);
+        *self.model.aig() = std::mem::replace(&mut maker.aig, Aig::new());
+        let pairs = done?;
+        for pair in pairs {
+            self.show(net, part, pair)?;
+        }
+        Ok(())
+    }
+
+    /// The pairs of functions that must be equal, made in the graph of the part's maker.
+    #[allow(clippy::too_many_arguments, reason = "they are the two reactions of the net")]
+    fn with(
+        &mut self,
+        maker: &mut Maker<'_>,
+        net: &Net,
+        part: &PartNet,
+        (state, inputs): (&State, &Inputs),
+        reset: &Reaction,
+        next: &Reaction,
+        fires: &[Lit],
+    ) -> Result<Vec<Pair>, Failed> {
+        let whole = &self.model.maker.shape;
+        let mut pairs = Vec::new();
+        // 1. The reset.
+        let own = maker.reset()?;
+        let given = seen(maker, whole, net, part, &reset.state)?;
+        let shape = maker.shape.clone();
+        let wanted = shape.bits(&part.net, &mut maker.aig, &given);
+        for (key, lit) in shape.bits(&part.net, &mut maker.aig, &own.state) {
+            pairs.push(Pair {
+                what: What::Bit(key),
+                wanted: wanted[&key],
+                given: lit,
+                at_reset: true,
+            });
+        }
+        for (id, shown) in part.outputs.iter() {
+            let wanted = match shown {
+                Shown::Output(old) => reset.outputs[old.index()].clone(),
+                Shown::Fires(_) => vec![Lit::FALSE],
+            };
+            for (wanted, given) in wanted.into_iter().zip(&own.outputs[id.index()]) {
+                pairs.push(Pair {
+                    what: What::Output(id.index()),
+                    wanted,
+                    given: *given,
+                    at_reset: true,
+                });
+            }
+        }
+        // 2. The wires do not depend on wires: whether the part's own transitions fire is a function of its state and the inputs of the net.
+        let given = seen(maker, whole, net, part, state)?;
+        let mut own_inputs =
+            Inputs { values: Vec::new(), tick: inputs.tick, dt: inputs.dt.clone() };
+        let mut free = Vec::new();
+        for source in part.inputs.values() {
+            own_inputs.values.push(match source {
+                Source::Input(id) => inputs.values[id.index()].clone(),
+                Source::Fires(_) => {
+                    let lit = maker.aig.variable();
+                    free.push(lit);
+                    Value::Flag(lit)
+                }
+            });
+        }
+        let loose = maker.reaction(&given, &own_inputs)?;
+        for (id, shown) in part.outputs.iter() {
+            if let Shown::Fires(transition) = shown {
+                let support = maker
+                    .aig
+                    .support(&loose.outputs[id.index()], CONE)
+                    .ok_or_else(|| "the function of a wire is too large".to_owned())?;
+                if support.iter().any(|lit| free.contains(lit)) {
+                    let name = &net.transitions[*transition].name;
+                    return Err(Failed::Apart(Apart {
+                        what: format!("the wire of transition `{name}`"),
+                        when: "it depends on a wire of another part".to_owned(),
+                    }));
+                }
+            }
+        }
+        // 3. The reaction, if each wire shows whether its transition fires.
+        for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
+            if let Source::Fires(id) = source {
+                *value = Value::Flag(fires.get(id.index()).copied().unwrap_or(Lit::FALSE));
+            }
+        }
+        let own = maker.reaction(&given, &own_inputs)?;
+        let given = seen(maker, whole, net, part, &next.state)?;
+        let wanted = shape.bits(&part.net, &mut maker.aig, &given);
+        for (key, lit) in shape.bits(&part.net, &mut maker.aig, &own.state) {
+            pairs.push(Pair {
+                what: What::Bit(key),
+                wanted: wanted[&key],
+                given: lit,
+                at_reset: false,
+            });
+        }
+        for (id, shown) in part.outputs.iter() {
+            let wanted = match shown {
+                Shown::Output(old) => next.outputs[old.index()].clone(),
+                Shown::Fires(old) => vec![fires.get(old.index()).copied().unwrap_or(Lit::FALSE)],
+            };
+            for (wanted, given) in wanted.into_iter().zip(&own.outputs[id.index()]) {
+                pairs.push(Pair {
+                    what: What::Output(id.index()),
+                    wanted,
+                    given: *given,
+                    at_reset: false,
+                });
+            }
+        }
+        Ok(pairs)
+    }
+
+    fn show(&mut self, net: &Net, part: &PartNet, pair: Pair) -> Result<(), Failed> {
+        self.compared += 1;
+        if pair.wanted == pair.given {
+            self.same += 1;
+            return Ok(());
+        }
+        let what = pair.what.describe(net, part);
+        if pair.at_reset {
+            // Both are constants after reset.
+            return Err(Failed::Apart(Apart { what, when: "after reset".to_owned() }));
+        }
+        match self.model.difference(
+            &mut self.shared,
+            (self.facts, self.limits),
+            pair.wanted,
+            pair.given,
+        ) {
+            Some(None) => Ok(()),
+            Some(Some(bits)) => {
+                let when = self.model.describe(&bits);
+                Err(Failed::Open(format!(
+                    "{what} may differ in a state that no invariant excludes ({when})"
+                )))
+            }
+            None => Err(Failed::Open(format!("{what} is too hard to compare"))),
+        }
+    }
+}
+
+/// Two functions that must be equal.
+struct Pair {
+    what: What,
+    wanted: Lit,
+    given: Lit,
+    at_reset: bool,
+}
+
+enum What {
+    Bit(Key),
+    Output(usize),
+}
+
+impl What {
+    fn describe(&self, net: &Net, part: &PartNet) -> String {
+        let name = &part.name;
+        match self {
+            What::Output(at) => {
+                let output = part.net.outputs.values().nth(*at).map(|it| it.name.text.as_str());
+                format!("output `{}` of part `{name}`", output.unwrap_or_default())
+            }
+            What::Bit((Origin::Step(step), _, _)) => {
+                format!("step `{}` of part `{name}`", net.steps[part.steps[*step]].name)
+            }
+            What::Bit((Origin::Var(var), _, _)) => {
+                format!("variable `{}` of part `{name}`", net.vars[part.vars[*var]].name)
+            }
+            What::Bit((Origin::Elapsed(step) | Origin::LastElapsed(step), _, _)) => {
+                format!("the time of step `{}` of part `{name}`", net.steps[part.steps[*step]].name)
+            }
+            What::Bit((origin, _, _)) => format!("a bit of {origin:?} of part `{name}`"),
+        }
+    }
+}
+
+/// The state of a part that a state of the net gives it.
+fn seen(
+    maker: &mut Maker<'_>,
+    whole: &super::state::Shape,
+    net: &Net,
+    part: &PartNet,
+    state: &State,
+) -> Result<State, Failed> {
+    let bits = whole.bits(net, &mut maker.aig, state);
+    // Counters, cut to the cap of the part: the part compares the time with smaller constants than the net does.
+    let mut cut: BTreeMap<Origin, Vec<Lit>> = BTreeMap::new();
+    let shape = maker.shape.clone();
+    let mut counter = |origin: Origin, cap: Option<i64>, number: Option<&Number>| {
+        if let (Some(cap), Some(number)) = (cap, number) {
+            let number = number.clone().saturate(&mut maker.aig, 0, cap);
+            let ty = grafsynth_ir::expr::Type::Int { lo: 0, hi: cap };
+            cut.insert(origin, number.code(&mut maker.aig, 0, ty.bits()));
+        }
+    };
+    for (id, old) in part.steps.iter() {
+        let (at, old) = (id.index(), old.index());
+        counter(Origin::Elapsed(id), shape.elapsed[at], state.elapsed[old].as_ref());
+        counter(Origin::LastElapsed(id), shape.last_elapsed[at], state.last_elapsed[old].as_ref());
+    }
+    for (id, old) in part.timers.iter() {
+        counter(Origin::Timer(id), shape.timers[id.index()], state.timers[old.index()].as_ref());
+    }
+    let mut missing = None;
+    let given = shape.read(&part.net, &mut maker.aig, &mut |(origin, element, bit), _| {
+        if let Some(code) = cut.get(&origin) {
+            return code.get(bit as usize).copied().unwrap_or(Lit::FALSE);
+        }
+        let lit = old_origin(part, origin)
+            .and_then(|(old, inverted)| Some(bits.get(&(old, element, bit))?.negate_if(inverted)));
+        lit.unwrap_or_else(|| {
+            missing = Some(format!("a part stores {origin:?}, which the chart does not"));
+            Lit::FALSE
+        })
+    });
+    match missing {
+        Some(reason) => Err(Failed::Open(reason)),
+        None => Ok(given),
+    }
+}
+
+/// The piece of the net's state that a piece of a part's state copies, and whether it is inverted.
+fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
+    let step = |id: StepId| part.steps[id];
+    let old = match origin {
+        Origin::Step(id) => Origin::Step(step(id)),
+        Origin::TaskIndex(id) => Origin::TaskIndex(step(id)),
+        Origin::Var(id) => Origin::Var(part.vars[id]),
+        Origin::TimerCondition(id) => Origin::TimerCondition(part.timers[id]),
+        Origin::Edge(id) => Origin::Edge(part.edges[id]),
+        Origin::Older(a, b) => {
+            let (a, b) = (step(a), step(b));
+            return Some(if a < b {
+                (Origin::Older(a, b), false)
+            } else {
+                (Origin::Older(b, a), true)
+            });
+        }
+        Origin::ActionQ(id) => Origin::ActionQ(part.actions[id]),
+        Origin::ActionLatch(id, latch) => Origin::ActionLatch(part.actions[id], latch),
+        Origin::ActionTimer(id, timer) => Origin::ActionTimer(part.actions[id], timer),
+        Origin::Pending(id) => match part.inputs[id] {
+            Source::Input(old) => Origin::Pending(old),
+            Source::Fires(_) => return None,
+        },
+        _ => return None,
+    };
+    Some((old, false))
+}
