@@ -1,0 +1,19 @@
+//! Divides a chart between a chip and a CPU, or between several chips.
+//!
+//! [`solve`] decides which node goes on which part, under capacities and pins. It knows nothing of charts: its input is a table of costs.
+//!
+//! ```
+//! use grafsynth_split::solve::{Choice, Limits, Node, Outcome, Part, Problem, Wire, solve};
+//!
+//! // Two steps with a wire between them. The chip has one macrocell; the CPU has no limit.
+//! let step = |cycles| Node { choices: vec![Some(Choice { cost: 0, uses: vec![1] }), Some(Choice { cost: cycles, uses: vec![0] })] };
+//! let problem = Problem {
+//!     parts: vec![Part { capacities: vec![Some(1)], pins: Some(8) }, Part { capacities: vec![None], pins: None }],
+//!     nodes: vec![step(30), step(50)],
+//!     wires: vec![Wire { driver: 0, readers: vec![1], cost: 4 }],
+//!     ..Problem::default()
+//! };
+//! let Ok(Outcome::Optimal { assignment, value }) = solve(&problem, &Limits::default(), None) else { panic!("not solved") };
+//! assert_eq!((assignment, value), (vec![1, 0], 34));
+//! ```
+pub mod solve;

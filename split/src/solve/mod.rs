@@ -1,0 +1,181 @@
+//! The partition problem: which node goes on which part, at the least cost that fits.
+//!
+//! [`solve`] reduces the problem, looks for a good placement by local search, and then closes the gap to the bound. [`evaluate`] says what a placement costs
+//! and uses, [`alternatives`] what each single move would change. All limits count work, never time, so the same problem has the same answer everywhere.
+
+mod conflict;
+mod local;
+mod model;
+mod problem;
+mod program;
+mod report;
+mod state;
+
+pub use conflict::{Amount, Conflict, Fight};
+pub use problem::{Choice, Forbidden, InputGroup, Node, NodeIndex, Part, PartIndex, Problem, ProblemError, Wire};
+pub use report::{Alternative, Constraint, Evaluation, Usage, alternatives, evaluate};
+
+use model::Model;
+use program::Answer;
+use report::evaluate_checked;
+
+/// How much work a search may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Passes of the local search from each start.
+    pub passes: u32,
+    /// Nodes of one search tree.
+    pub tree: u64,
+    /// The largest 0/1 program that is tried, in coefficients: the time of one relaxation grows with the square.
+    pub program: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { passes: 12, tree: 20_000, program: 40_000 }
+    }
+}
+
+/// How a search ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// The best placement there is.
+    Optimal {
+        /// The part of each node.
+        assignment: Vec<PartIndex>,
+        /// The objective.
+        value: i64,
+    },
+    /// The work ran out: the best placement found.
+    Best {
+        /// The part of each node.
+        assignment: Vec<PartIndex>,
+        /// The objective.
+        value: i64,
+        /// No placement has a smaller objective than this.
+        bound: i64,
+    },
+    /// No placement fits.
+    Infeasible {
+        /// Constraints that exclude each other.
+        conflict: Conflict,
+    },
+    /// The work ran out: no placement was found, and it is open whether there is one.
+    Unknown {
+        /// No placement has a smaller objective than this.
+        bound: i64,
+    },
+}
+
+/// Finds the placement with the smallest objective.
+///
+/// `warm` is a placement from which the search starts; it may be infeasible, for example that of a similar problem.
+///
+/// # Errors
+/// [`ProblemError`] if the problem or the warm start is malformed.
+pub fn solve(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Result<Outcome, ProblemError> {
+    problem.check()?;
+    if let Some(warm) = warm {
+        problem.check_assignment(warm)?;
+    }
+    Ok(match search(problem, limits, warm) {
+        Found::Optimal { assignment, value } => Outcome::Optimal { assignment, value },
+        Found::Stopped { best: Some((value, assignment)), bound } => Outcome::Best { assignment, value, bound },
+        Found::Stopped { best: None, bound } => Outcome::Unknown { bound },
+        Found::Infeasible => Outcome::Infeasible { conflict: conflict::find(problem, limits) },
+    })
+}
+
+/// Finds a good placement by local search only, without a bound; `None` if no feasible one was found.
+///
+/// # Errors
+/// [`ProblemError`] if the problem or the warm start is malformed.
+pub fn improve(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Result<Option<Vec<PartIndex>>, ProblemError> {
+    problem.check()?;
+    if let Some(warm) = warm {
+        problem.check_assignment(warm)?;
+    }
+    let Some(model) = model::reduce(problem) else { return Ok(None) };
+    let warm = warm.map(|warm| model.restrict(warm));
+    let state = local::search(&model, warm.as_deref(), limits.passes);
+    Ok((state.excess == 0).then(|| model.expand(&state.part)))
+}
+
+/// How a search ended, without the reason why nothing fits.
+enum Found {
+    Optimal { assignment: Vec<PartIndex>, value: i64 },
+    Stopped { best: Option<(i64, Vec<PartIndex>)>, bound: i64 },
+    Infeasible,
+}
+
+fn search(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Found {
+    let Some(model) = model::reduce(problem) else { return Found::Infeasible };
+    let warm = warm.map(|warm| model.restrict(warm));
+    let state = local::search(&model, warm.as_deref(), limits.passes);
+    let mut best = Candidates { problem, model: &model, best: None };
+    let start = (state.excess == 0).then_some(state.part);
+    if let Some(start) = &start {
+        best.offer(start);
+    }
+    let mut bound = lowest(&model);
+    if program::size(&model) <= limits.program && !best.reaches(bound) {
+        match program::solve(&model, limits.tree, start.as_deref()) {
+            Answer::Optimal(placement) => {
+                if let Some(value) = best.offer(&placement) {
+                    bound = bound.max(value);
+                }
+            }
+            Answer::Stopped(placement, lower) => {
+                if let Some(placement) = placement {
+                    best.offer(&placement);
+                }
+                bound = bound.max(lower.map_or(bound, |lower| model.base + round_up(lower)));
+            }
+            Answer::Infeasible if best.best.is_none() => return Found::Infeasible,
+            Answer::Infeasible => {}
+        }
+    }
+    let is_proved = best.reaches(bound);
+    match best.best {
+        Some((value, assignment)) if is_proved => Found::Optimal { assignment, value },
+        best => Found::Stopped { best, bound },
+    }
+}
+
+/// What the nodes cost at least.
+fn lowest(model: &Model) -> i64 {
+    let least = |node: &model::FreeNode| model::parts_of(node.allowed).map(|part| node.cost[part]).min().unwrap_or(0);
+    model.base + model.nodes.iter().map(least).sum::<i64>()
+}
+
+/// The smallest integer that a bound with rounding errors allows.
+fn round_up(bound: f64) -> i64 {
+    (bound - 1e-6 * bound.abs().max(1.0)).ceil() as i64
+}
+
+/// The best placement so far. Each one is evaluated from the definition before it counts.
+struct Candidates<'a> {
+    problem: &'a Problem,
+    model: &'a Model,
+    best: Option<(i64, Vec<PartIndex>)>,
+}
+
+impl Candidates<'_> {
+    /// Takes a placement of the free nodes if it is better; its value if it is feasible.
+    fn offer(&mut self, free: &[PartIndex]) -> Option<i64> {
+        let assignment = self.model.expand(free);
+        let evaluation = evaluate_checked(self.problem, &assignment);
+        if !evaluation.broken.is_empty() {
+            return None;
+        }
+        let value = evaluation.value;
+        if self.best.as_ref().is_none_or(|(best, _)| value < *best) {
+            self.best = Some((value, assignment));
+        }
+        Some(value)
+    }
+
+    fn reaches(&self, bound: i64) -> bool {
+        self.best.as_ref().is_some_and(|(best, _)| *best <= bound)
+    }
+}
