@@ -49,7 +49,7 @@ fn cheapest(model: &Model, node: usize, prices: &Prices) -> PartIndex {
 }
 
 /// For each limited thing, what the nodes that want to be there gain on average for a unit of it.
-fn density(model: &Model) -> Prices {
+pub(super) fn density(model: &Model) -> Prices {
     let mut prices = Prices::zero(model);
     for part in 0..model.parts {
         let mut gain = 0i64;

@@ -4,6 +4,8 @@
 //! and uses, [`alternatives`] what each single move would change. All limits count work, never time, so the same problem has the same answer everywhere.
 
 mod conflict;
+mod dual;
+mod flow;
 mod local;
 mod model;
 mod problem;
@@ -15,7 +17,7 @@ pub use conflict::{Amount, Conflict, Fight};
 pub use problem::{Choice, Forbidden, InputGroup, Node, NodeIndex, Part, PartIndex, Problem, ProblemError, Wire};
 pub use report::{Alternative, Constraint, Evaluation, Usage, alternatives, evaluate};
 
-use model::Model;
+use model::{Model, Origin};
 use program::Answer;
 use report::evaluate_checked;
 
@@ -24,6 +26,8 @@ use report::evaluate_checked;
 pub struct Limits {
     /// Passes of the local search from each start.
     pub passes: u32,
+    /// Minimum cuts for the bound of a problem with two parts.
+    pub cuts: u32,
     /// Nodes of one search tree.
     pub tree: u64,
     /// The largest 0/1 program that is tried, in coefficients: the time of one relaxation grows with the square.
@@ -32,7 +36,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { passes: 12, tree: 20_000, program: 40_000 }
+        Self { passes: 12, cuts: 100, tree: 20_000, program: 40_000 }
     }
 }
 
@@ -111,28 +115,29 @@ enum Found {
 fn search(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Found {
     let Some(model) = model::reduce(problem) else { return Found::Infeasible };
     let warm = warm.map(|warm| model.restrict(warm));
+    let mut best = Candidates { problem, best: None };
     let state = local::search(&model, warm.as_deref(), limits.passes);
-    let mut best = Candidates { problem, model: &model, best: None };
-    let start = (state.excess == 0).then_some(state.part);
-    if let Some(start) = &start {
-        best.offer(start);
+    if state.excess == 0 {
+        best.offer(&model, &state.part);
     }
     let mut bound = lowest(&model);
-    if program::size(&model) <= limits.program && !best.reaches(bound) {
-        match program::solve(&model, limits.tree, start.as_deref()) {
-            Answer::Optimal(placement) => {
-                if let Some(value) = best.offer(&placement) {
-                    bound = bound.max(value);
-                }
-            }
-            Answer::Stopped(placement, lower) => {
-                if let Some(placement) = placement {
-                    best.offer(&placement);
-                }
-                bound = bound.max(lower.map_or(bound, |lower| model.base + round_up(lower)));
-            }
-            Answer::Infeasible if best.best.is_none() => return Found::Infeasible,
-            Answer::Infeasible => {}
+    let mut core = None;
+    if !best.reaches(bound)
+        && let Some(dual) = dual::bound(&model, Some(&state), limits.cuts, limits.passes)
+    {
+        bound = bound.max(dual.bound);
+        if let Some((_, placement)) = &dual.best {
+            best.offer(&model, placement);
+        }
+        core = core_of(problem, &model, &dual.decided);
+    }
+    if !best.reaches(bound) {
+        let core = core.as_ref().unwrap_or(problem);
+        match search_tree(core, limits, &mut best) {
+            // Outside the core nothing is better than what was found before.
+            Some(lower) => bound = bound.max(best.value().map_or(lower, |value| value.min(lower))),
+            None if best.best.is_none() => return Found::Infeasible,
+            None => bound = best.value().unwrap_or(bound),
         }
     }
     let is_proved = best.reaches(bound);
@@ -140,6 +145,45 @@ fn search(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Fou
         Some((value, assignment)) if is_proved => Found::Optimal { assignment, value },
         best => Found::Stopped { best, bound },
     }
+}
+
+/// The problem in which the nodes are on the parts that were decided; `None` if nothing was.
+fn core_of(problem: &Problem, model: &Model, decided: &[Option<PartIndex>]) -> Option<Problem> {
+    decided.iter().flatten().next()?;
+    let mut core = problem.clone();
+    for (node, origin) in core.nodes.iter_mut().zip(&model.origin) {
+        if let Origin::Free(free) = *origin
+            && let Some(decided) = decided[free]
+        {
+            node.choices.iter_mut().enumerate().filter(|&(part, _)| part != decided).for_each(|(_, choice)| *choice = None);
+        }
+    }
+    Some(core)
+}
+
+/// Searches the tree of a problem; a lower bound on what it can have, or `None` if nothing in it fits.
+fn search_tree(problem: &Problem, limits: &Limits, best: &mut Candidates) -> Option<i64> {
+    let model = model::reduce(problem)?;
+    let mut bound = lowest(&model);
+    if program::size(&model) > limits.program {
+        return Some(bound);
+    }
+    let warm = best.best.as_ref().and_then(|(_, assignment)| model.restrict(assignment).into_iter().collect::<Option<Vec<_>>>());
+    match program::solve(&model, limits.tree, warm.as_deref()) {
+        Answer::Optimal(placement) => {
+            if let Some(value) = best.offer(&model, &placement) {
+                bound = bound.max(value);
+            }
+        }
+        Answer::Stopped(placement, lower) => {
+            if let Some(placement) = placement {
+                best.offer(&model, &placement);
+            }
+            bound = bound.max(lower.map_or(bound, |lower| model.base + round_up(lower)));
+        }
+        Answer::Infeasible => return None,
+    }
+    Some(bound)
 }
 
 /// What the nodes cost at least.
@@ -156,14 +200,13 @@ fn round_up(bound: f64) -> i64 {
 /// The best placement so far. Each one is evaluated from the definition before it counts.
 struct Candidates<'a> {
     problem: &'a Problem,
-    model: &'a Model,
     best: Option<(i64, Vec<PartIndex>)>,
 }
 
 impl Candidates<'_> {
     /// Takes a placement of the free nodes if it is better; its value if it is feasible.
-    fn offer(&mut self, free: &[PartIndex]) -> Option<i64> {
-        let assignment = self.model.expand(free);
+    fn offer(&mut self, model: &Model, free: &[PartIndex]) -> Option<i64> {
+        let assignment = model.expand(free);
         let evaluation = evaluate_checked(self.problem, &assignment);
         if !evaluation.broken.is_empty() {
             return None;
@@ -173,6 +216,10 @@ impl Candidates<'_> {
             self.best = Some((value, assignment));
         }
         Some(value)
+    }
+
+    fn value(&self) -> Option<i64> {
+        self.best.as_ref().map(|(value, _)| *value)
     }
 
     fn reaches(&self, bound: i64) -> bool {

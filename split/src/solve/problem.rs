@@ -122,10 +122,10 @@ impl fmt::Display for ProblemError {
 impl std::error::Error for ProblemError {}
 
 /// The largest amount, cost or weight: sums over all nodes stay exact in `f64` and far from overflow in `i64`.
-const LARGEST: u64 = 1 << 31;
+const LARGEST: u64 = 1 << 30;
 
 /// The most nodes, wires, inputs or sets.
-const MOST: usize = 1 << 20;
+const MOST: usize = 1 << 18;
 
 /// The most resources of a part.
 const MOST_RESOURCES: usize = 64;

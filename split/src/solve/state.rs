@@ -4,7 +4,7 @@ use super::model::{FreeNode, Mask, Model, Net, parts_of};
 use super::problem::PartIndex;
 
 /// The unit of prices: a price of `UNIT` for one product term makes it as expensive as 1 in the objective.
-pub(super) const UNIT: i64 = 1 << 8;
+pub(super) const UNIT: i64 = 1 << 10;
 
 /// Prices of what is scarce, in `1 / UNIT` of the objective.
 #[derive(Clone, Debug)]
@@ -170,6 +170,12 @@ impl<'a> State<'a> {
             }
         }
         self.part[node] = to;
+    }
+
+    /// What is used of each limited thing: capacities by part, pins, and the decisions of forbidden sets.
+    pub(super) fn loads(&self) -> impl Iterator<Item = i64> {
+        let limited = self.uses().filter(|(limit, _)| limit.is_some()).map(|(_, used)| used);
+        limited.chain(self.met.iter().map(|&met| i64::try_from(met).unwrap_or(i64::MAX)))
     }
 
     /// The uses of all capacities, then of the pins, each with its limit.
