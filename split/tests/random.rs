@@ -3,7 +3,10 @@
 mod common;
 
 use common::{Prng, random_problem};
-use grafsynth_split::solve::{Alternative, Constraint, Limits, Outcome, PartIndex, Problem, alternatives, evaluate, improve, solve};
+use grafsynth_split::solve::{
+    Alternative, Constraint, Limits, Outcome, PartIndex, Problem, alternatives, evaluate, improve,
+    solve,
+};
 
 /// The smallest objective over all placements, and how many placements fit.
 fn brute_force(problem: &Problem) -> Option<i64> {
@@ -14,7 +17,9 @@ fn brute_force(problem: &Problem) -> Option<i64> {
         if evaluation.broken.is_empty() {
             best = Some(best.map_or(evaluation.value, |best| best.min(evaluation.value)));
         }
-        let Some(node) = assignment.iter().position(|&part| part + 1 < problem.parts.len()) else { return best };
+        let Some(node) = assignment.iter().position(|&part| part + 1 < problem.parts.len()) else {
+            return best;
+        };
         assignment[node] += 1;
         assignment[..node].fill(0);
     }
@@ -37,14 +42,25 @@ fn random_problems_have_the_optimum_of_all_placements() {
             }
             (Outcome::Infeasible { conflict }, None) => {
                 infeasible += 1;
-                assert!(conflict.is_minimal && !conflict.fights.is_empty(), "round {round}: {conflict:?}");
+                assert!(
+                    conflict.is_minimal && !conflict.fights.is_empty(),
+                    "round {round}: {conflict:?}"
+                );
                 let kept: Vec<_> = conflict.fights.iter().map(|fight| fight.constraint).collect();
-                assert_eq!(brute_force(&with_only(&problem, &kept)), None, "round {round}: {conflict:?}");
+                assert_eq!(
+                    brute_force(&with_only(&problem, &kept)),
+                    None,
+                    "round {round}: {conflict:?}"
+                );
                 for (index, fight) in conflict.fights.iter().enumerate() {
                     let mut others = kept.clone();
                     others.remove(index);
                     let rest = with_only(&problem, &others);
-                    assert_eq!(fight.amount.map(|amount| amount.need), amount(&rest, fight.constraint).map(Some), "round {round}: {conflict:?}");
+                    assert_eq!(
+                        fight.amount.map(|amount| amount.need),
+                        amount(&rest, fight.constraint).map(Some),
+                        "round {round}: {conflict:?}"
+                    );
                 }
             }
             (outcome, best) => panic!("round {round}: {outcome:?}, expected {best:?}: {problem:?}"),
@@ -58,19 +74,30 @@ fn with_only(problem: &Problem, kept: &[Constraint]) -> Problem {
     let mut rest = problem.clone();
     for (node, data) in rest.nodes.iter_mut().enumerate() {
         if !kept.contains(&Constraint::Allowed { node }) {
-            let nothing = grafsynth_split::solve::Choice { cost: 0, uses: vec![0; problem.resources()] };
-            data.choices.iter_mut().filter(|choice| choice.is_none()).for_each(|choice| *choice = Some(nothing.clone()));
+            let nothing =
+                grafsynth_split::solve::Choice { cost: 0, uses: vec![0; problem.resources()] };
+            data.choices
+                .iter_mut()
+                .filter(|choice| choice.is_none())
+                .for_each(|choice| *choice = Some(nothing.clone()));
         }
     }
     for (part, data) in rest.parts.iter_mut().enumerate() {
         data.pins = data.pins.filter(|_| kept.contains(&Constraint::Pins { part }));
         for (resource, capacity) in data.capacities.iter_mut().enumerate() {
-            *capacity = capacity.filter(|_| kept.contains(&Constraint::Capacity { part, resource }));
+            *capacity =
+                capacity.filter(|_| kept.contains(&Constraint::Capacity { part, resource }));
         }
     }
-    let sets = |constraint: fn(usize) -> Constraint, len: usize| (0..len).filter(move |&set| kept.contains(&constraint(set)));
-    rest.together = sets(|set| Constraint::Together { set }, problem.together.len()).map(|set| problem.together[set].clone()).collect();
-    rest.forbidden = sets(|set| Constraint::Forbidden { set }, problem.forbidden.len()).map(|set| problem.forbidden[set].clone()).collect();
+    let sets = |constraint: fn(usize) -> Constraint, len: usize| {
+        (0..len).filter(move |&set| kept.contains(&constraint(set)))
+    };
+    rest.together = sets(|set| Constraint::Together { set }, problem.together.len())
+        .map(|set| problem.together[set].clone())
+        .collect();
+    rest.forbidden = sets(|set| Constraint::Forbidden { set }, problem.forbidden.len())
+        .map(|set| problem.forbidden[set].clone())
+        .collect();
     rest
 }
 
@@ -84,7 +111,9 @@ fn amount(problem: &Problem, constraint: Constraint) -> Option<u64> {
             let used = evaluation.usage.iter().find(|usage| usage.constraint == constraint)?.used;
             least = Some(least.map_or(used, |least: u64| least.min(used)));
         }
-        let Some(node) = assignment.iter().position(|&part| part + 1 < problem.parts.len()) else { return least };
+        let Some(node) = assignment.iter().position(|&part| part + 1 < problem.parts.len()) else {
+            return least;
+        };
         assignment[node] += 1;
         assignment[..node].fill(0);
     }
@@ -97,20 +126,36 @@ fn check_alternatives(problem: &Problem, assignment: &[PartIndex]) {
         for (part, alternative) in row.iter().enumerate() {
             let mut moved = assignment.to_vec();
             let mut group = vec![node];
-            while let Some(set) = problem.together.iter().find(|set| set.iter().any(|node| group.contains(node)) && !set.iter().all(|node| group.contains(node))) {
+            while let Some(set) = problem.together.iter().find(|set| {
+                set.iter().any(|node| group.contains(node))
+                    && !set.iter().all(|node| group.contains(node))
+            }) {
                 group.extend(set);
             }
             group.iter().for_each(|&node| moved[node] = part);
             let evaluation = evaluate(problem, &moved).expect("well-formed");
             match alternative {
                 Alternative::Current => assert_eq!(assignment[node], part),
-                Alternative::Value(value) => assert_eq!((*value, &evaluation.broken[..]), (evaluation.value, &[][..])),
-                Alternative::NotAllowed => assert!(evaluation.broken.iter().any(|broken| matches!(broken, Constraint::Allowed { .. }))),
+                Alternative::Value(value) => {
+                    assert_eq!((*value, &evaluation.broken[..]), (evaluation.value, &[][..]))
+                }
+                Alternative::NotAllowed => assert!(
+                    evaluation
+                        .broken
+                        .iter()
+                        .any(|broken| matches!(broken, Constraint::Allowed { .. }))
+                ),
                 Alternative::DoesNotFit(usage) => {
-                    let broken: Vec<_> = evaluation.usage.iter().filter(|usage| !usage.fits()).copied().collect();
+                    let broken: Vec<_> =
+                        evaluation.usage.iter().filter(|usage| !usage.fits()).copied().collect();
                     assert_eq!(*usage, broken);
                 }
-                Alternative::Forbidden => assert!(evaluation.broken.iter().all(|broken| matches!(broken, Constraint::Forbidden { .. }))),
+                Alternative::Forbidden => assert!(
+                    evaluation
+                        .broken
+                        .iter()
+                        .all(|broken| matches!(broken, Constraint::Forbidden { .. }))
+                ),
             }
         }
     }
@@ -127,12 +172,16 @@ fn local_search_finds_placements_that_fit_if_there_are_any() {
             continue;
         };
         feasible += 1;
-        if let Some(assignment) = improve(&problem, &Limits::default(), None).expect("well-formed") {
+        if let Some(assignment) = improve(&problem, &Limits::default(), None).expect("well-formed")
+        {
             let evaluation = evaluate(&problem, &assignment).expect("well-formed");
             assert!(evaluation.broken.is_empty() && evaluation.value >= optimum);
             found += 1;
             best += usize::from(evaluation.value == optimum);
         }
     }
-    assert!(found * 10 >= feasible * 9 && best * 10 >= feasible * 8, "{feasible} feasible, {found} found, {best} best");
+    assert!(
+        found * 10 >= feasible * 9 && best * 10 >= feasible * 8,
+        "{feasible} feasible, {found} found, {best} best"
+    );
 }

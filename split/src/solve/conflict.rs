@@ -40,18 +40,26 @@ pub struct Amount {
 pub(super) fn find(problem: &Problem, limits: &Limits) -> Conflict {
     let mut filter = Filter { problem, limits, is_minimal: true };
     let kept = filter.filter(constraints(problem));
-    let fights = kept.iter().map(|&constraint| Fight { constraint, amount: filter.amount(&kept, constraint) }).collect();
+    let fights = kept
+        .iter()
+        .map(|&constraint| Fight { constraint, amount: filter.amount(&kept, constraint) })
+        .collect();
     Conflict { fights, is_minimal: filter.is_minimal }
 }
 
 fn constraints(problem: &Problem) -> Vec<Constraint> {
-    let allowed = problem.nodes.iter().enumerate().filter(|(_, node)| node.choices.iter().any(Option::is_none));
+    let allowed = problem
+        .nodes
+        .iter()
+        .enumerate()
+        .filter(|(_, node)| node.choices.iter().any(Option::is_none));
     let mut all: Vec<_> = allowed.map(|(node, _)| Constraint::Allowed { node }).collect();
     all.extend((0..problem.together.len()).map(|set| Constraint::Together { set }));
     all.extend((0..problem.forbidden.len()).map(|set| Constraint::Forbidden { set }));
     for (part, limits) in problem.parts.iter().enumerate() {
         all.extend(limits.pins.map(|_| Constraint::Pins { part }));
-        let limited = limits.capacities.iter().enumerate().filter(|(_, capacity)| capacity.is_some());
+        let limited =
+            limits.capacities.iter().enumerate().filter(|(_, capacity)| capacity.is_some());
         all.extend(limited.map(|(resource, _)| Constraint::Capacity { part, resource }));
     }
     all
@@ -100,9 +108,14 @@ impl Filter<'_> {
             }
             Constraint::Pins { part } => {
                 let have = self.problem.parts[part].pins?;
-                Some(Amount { need: self.pins_needed(relaxed(self.problem, &others, None), part, have), have })
+                Some(Amount {
+                    need: self.pins_needed(relaxed(self.problem, &others, None), part, have),
+                    have,
+                })
             }
-            Constraint::Allowed { .. } | Constraint::Together { .. } | Constraint::Forbidden { .. } => None,
+            Constraint::Allowed { .. }
+            | Constraint::Together { .. }
+            | Constraint::Forbidden { .. } => None,
         }
     }
 
@@ -131,11 +144,16 @@ fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usiz
     let nothing = Choice { cost: 0, uses: vec![0; problem.resources()] };
     for (index, node) in relaxed.nodes.iter_mut().enumerate() {
         if !kept.contains(&Constraint::Allowed { node: index }) {
-            node.choices.iter_mut().filter(|choice| choice.is_none()).for_each(|choice| *choice = Some(nothing.clone()));
+            node.choices
+                .iter_mut()
+                .filter(|choice| choice.is_none())
+                .for_each(|choice| *choice = Some(nothing.clone()));
         }
         for (part, choice) in node.choices.iter_mut().enumerate() {
             if let Some(choice) = choice {
-                choice.cost = goal.filter(|&(goal, _)| goal == part).map_or(0, |(_, resource)| choice.uses[resource].cast_signed());
+                choice.cost = goal
+                    .filter(|&(goal, _)| goal == part)
+                    .map_or(0, |(_, resource)| choice.uses[resource].cast_signed());
             }
         }
     }
@@ -145,7 +163,8 @@ fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usiz
     for (part, limits) in relaxed.parts.iter_mut().enumerate() {
         limits.pins = limits.pins.filter(|_| kept.contains(&Constraint::Pins { part }));
         for (resource, capacity) in limits.capacities.iter_mut().enumerate() {
-            *capacity = capacity.filter(|_| kept.contains(&Constraint::Capacity { part, resource }));
+            *capacity =
+                capacity.filter(|_| kept.contains(&Constraint::Capacity { part, resource }));
         }
     }
     relaxed

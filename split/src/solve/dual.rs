@@ -19,6 +19,9 @@ const SINK: usize = 1;
 /// More than any sum of capacities.
 const INFINITE: i64 = i64::MAX / 4;
 
+/// The largest step of a price.
+const LARGEST: i64 = 1 << 50;
+
 /// The most prices.
 const MOST_ROWS: usize = 60;
 
@@ -35,7 +38,8 @@ pub(super) struct Dual {
 
 /// Computes the bound with at most `cuts` minimum cuts; `None` if there are not two parts, or too many prices or too large numbers.
 pub(super) fn bound(model: &Model, best: Option<&State>, cuts: u32, passes: u32) -> Option<Dual> {
-    let best = best.filter(|state| state.excess == 0).map(|state| (state.value, state.part.clone()));
+    let best =
+        best.filter(|state| state.excess == 0).map(|state| (state.value, state.part.clone()));
     let mut search = Search::new(model, best, passes)?;
     search.run(cuts)?;
     let decided = search.decide();
@@ -66,7 +70,15 @@ impl<'a> Search<'a> {
     fn new(model: &'a Model, best: Option<(i64, Vec<PartIndex>)>, passes: u32) -> Option<Self> {
         let room: Vec<_> = model.limits().collect();
         let center = vec![0; room.len()];
-        (model.parts == 2 && room.len() <= MOST_ROWS).then_some(Self { model, room, planes: Vec::new(), center, level: i64::MIN, best, passes })
+        (model.parts == 2 && room.len() <= MOST_ROWS).then_some(Self {
+            model,
+            room,
+            planes: Vec::new(),
+            center,
+            level: i64::MIN,
+            best,
+            passes,
+        })
     }
 
     fn bound(&self) -> i64 {
@@ -83,11 +95,14 @@ impl<'a> Search<'a> {
         let mut radius: Vec<i64> = density.iter().map(|&price| price.max(UNIT)).collect();
         let mut prices = self.center.clone();
         for _ in 0..cuts {
-            let is_better = self.try_prices(&prices)?;
+            let Some(is_better) = self.try_prices(&prices) else { break };
             if self.is_closed() {
                 break;
             }
-            radius.iter_mut().for_each(|radius| *radius = if is_better { *radius + *radius / 2 } else { *radius - *radius / 4 });
+            radius.iter_mut().for_each(|radius| {
+                *radius = (if is_better { *radius + *radius / 2 } else { *radius - *radius / 4 })
+                    .min(LARGEST)
+            });
             let Some((next, promise)) = self.best_prices(&radius) else { break };
             // Within the region nothing better than a fraction of the unit is possible, or the region shrank to a point.
             if promise * 64.0 < 1.0 || next == prices {
@@ -95,7 +110,7 @@ impl<'a> Search<'a> {
             }
             prices = next;
         }
-        Some(())
+        (!self.planes.is_empty()).then_some(())
     }
 
     /// Computes the bound at these prices; whether it is the best so far.
@@ -105,9 +120,16 @@ impl<'a> Search<'a> {
         let over = state.loads().zip(&self.room).map(|(load, room)| load - room).collect();
         self.planes.push(Plane { value: state.value - self.model.base, over });
         let is_better = level > self.level;
+        // Near the best prices the cut is near a good placement.
+        let gap = self.best.as_ref().map_or(0, |(value, _)| {
+            (value - self.model.base).saturating_mul(UNIT).saturating_sub(self.level)
+        });
+        let is_near = self.level.saturating_sub(level) < gap;
         if is_better {
             self.level = level;
             self.center = prices.to_vec();
+        }
+        if is_better || is_near {
             local::improve(&mut state, &self.model.prices(prices), self.passes);
         }
         if state.excess == 0 && self.best.as_ref().is_none_or(|(value, _)| state.value < *value) {
@@ -121,14 +143,33 @@ impl<'a> Search<'a> {
         let mut program = microlp::Problem::new(OptimizationDirection::Maximize);
         let unit = UNIT as f64;
         let height = program.add_var(1.0, (f64::NEG_INFINITY, f64::INFINITY));
-        let range = |(&center, &radius): (&i64, &i64)| ((center - radius).max(0) as f64 / unit, (center + radius) as f64 / unit);
-        let prices: Vec<_> = self.center.iter().zip(radius).map(range).map(|range| program.add_var(0.0, range)).collect();
+        let range = |(&center, &radius): (&i64, &i64)| {
+            ((center - radius).max(0) as f64 / unit, (center + radius) as f64 / unit)
+        };
+        let prices: Vec<_> = self
+            .center
+            .iter()
+            .zip(radius)
+            .map(range)
+            .map(|range| program.add_var(0.0, range))
+            .collect();
         for plane in &self.planes {
-            let terms = prices.iter().zip(&plane.over).filter(|(_, over)| **over != 0).map(|(&price, &over)| (price, -over as f64));
-            program.add_constraint(terms.chain([(height, 1.0)]).collect::<Vec<_>>(), ComparisonOp::Le, plane.value as f64);
+            let terms = prices
+                .iter()
+                .zip(&plane.over)
+                .filter(|(_, over)| **over != 0)
+                .map(|(&price, &over)| (price, -over as f64));
+            program.add_constraint(
+                terms.chain([(height, 1.0)]).collect::<Vec<_>>(),
+                ComparisonOp::Le,
+                plane.value as f64,
+            );
         }
         let solution = program.solve().ok()?.into_solution().ok()?;
-        let next = prices.iter().map(|&price| (solution.var_value(price) * unit).round().max(0.0) as i64).collect();
+        let next = prices
+            .iter()
+            .map(|&price| (solution.var_value(price) * unit).round().max(0.0) as i64)
+            .collect();
         Some((next, solution.objective() - self.level as f64 / unit))
     }
 
@@ -164,7 +205,8 @@ impl<'a> Search<'a> {
 impl Model {
     /// What there is of each limited thing: capacities by part, pins, and forbidden sets, of which all but one decision may be made.
     fn limits(&self) -> impl Iterator<Item = i64> {
-        let sets = self.forbidden.iter().map(|set| i64::try_from(set.len()).unwrap_or(i64::MAX) - 1);
+        let sets =
+            self.forbidden.iter().map(|set| i64::try_from(set.len()).unwrap_or(i64::MAX) - 1);
         self.capacity.iter().flatten().chain(&self.pins).filter_map(|limit| *limit).chain(sets)
     }
 
@@ -172,7 +214,8 @@ impl Model {
     fn prices(&self, rows: &[i64]) -> Prices {
         let mut rows = rows.iter().copied();
         let mut price = |limit: &Option<i64>| limit.and_then(|_| rows.next()).unwrap_or(0);
-        let capacity = self.capacity.iter().map(|part| part.iter().map(&mut price).collect()).collect();
+        let capacity =
+            self.capacity.iter().map(|part| part.iter().map(&mut price).collect()).collect();
         Prices { capacity, pins: self.pins.iter().map(&mut price).collect() }
     }
 
@@ -198,13 +241,24 @@ struct Cut<'a> {
 impl<'a> Cut<'a> {
     fn new(model: &'a Model, rows: &[i64], room: &[i64]) -> Option<Self> {
         let prices = model.prices(rows);
-        let constant = rows.iter().zip(room).try_fold(0i64, |sum, (price, room)| sum.checked_sub(price.checked_mul(*room)?))?;
-        let mut cut = Self { model, network: Network::new(model.nodes.len() + 2), costs: Vec::new(), constant };
+        let constant = rows
+            .iter()
+            .zip(room)
+            .try_fold(0i64, |sum, (price, room)| sum.checked_sub(price.checked_mul(*room)?))?;
+        let mut cut = Self {
+            model,
+            network: Network::new(model.nodes.len() + 2),
+            costs: Vec::new(),
+            constant,
+        };
         let mut largest = i128::from(constant.unsigned_abs());
         for node in &model.nodes {
             let mut costs = [0; 2];
             for (part, cost) in costs.iter_mut().enumerate() {
-                let bill = node.uses[part].iter().zip(&prices.capacity[part]).map(|(&amount, &price)| i128::from(amount) * i128::from(price));
+                let bill = node.uses[part]
+                    .iter()
+                    .zip(&prices.capacity[part])
+                    .map(|(&amount, &price)| i128::from(amount) * i128::from(price));
                 let exact = i128::from(node.cost[part]) * i128::from(UNIT) + bill.sum::<i128>();
                 largest += exact.abs();
                 *cost = i64::try_from(exact).ok()?;
@@ -214,10 +268,13 @@ impl<'a> Cut<'a> {
         let sets = &rows[rows.len() - model.forbidden.len()..];
         for (set, &price) in model.forbidden.iter().zip(sets) {
             largest += i128::from(price) * set.len() as i128;
-            set.iter().for_each(|&(node, part)| cut.costs[node][part] = cut.costs[node][part].saturating_add(price));
+            set.iter().for_each(|&(node, part)| {
+                cut.costs[node][part] = cut.costs[node][part].saturating_add(price)
+            });
         }
         for net in &model.nets {
-            let pins: i128 = prices.pins.iter().map(|&price| i128::from(price) * i128::from(net.pins)).sum();
+            let pins: i128 =
+                prices.pins.iter().map(|&price| i128::from(price) * i128::from(net.pins)).sum();
             largest += pins + i128::from(net.cost) * i128::from(UNIT);
         }
         // From here no sum can overflow.
@@ -239,7 +296,9 @@ impl<'a> Cut<'a> {
         let cost = net.cost * UNIT + pins[0] + pins[1];
         match (&net.members[..], net.placed) {
             (_, 3) => self.constant += cost,
-            (&[member], placed) if placed != 0 => self.costs[member][usize::from(placed == 1)] += cost,
+            (&[member], placed) if placed != 0 => {
+                self.costs[member][usize::from(placed == 1)] += cost
+            }
             (&[a, b], 0) => self.network.add_edge(a + 2, b + 2, cost, cost),
             (members, placed) => {
                 // An edge that is cut if a member is on side 0 and a member is on side 1.
@@ -268,10 +327,14 @@ impl<'a> Cut<'a> {
                 let any = self.network.add_node();
                 if part == 0 {
                     self.network.add_edge(any, SINK, cost, 0);
-                    members.iter().for_each(|member| self.network.add_edge(member + 2, any, INFINITE, 0));
+                    members
+                        .iter()
+                        .for_each(|member| self.network.add_edge(member + 2, any, INFINITE, 0));
                 } else {
                     self.network.add_edge(SOURCE, any, cost, 0);
-                    members.iter().for_each(|member| self.network.add_edge(any, member + 2, INFINITE, 0));
+                    members
+                        .iter()
+                        .for_each(|member| self.network.add_edge(any, member + 2, INFINITE, 0));
                 }
             }
         }
@@ -294,7 +357,8 @@ impl<'a> Cut<'a> {
     fn solve(&mut self) -> (i64, Vec<PartIndex>) {
         let flow = self.network.add_flow(SOURCE, SINK, INFINITE);
         let reached = self.network.reached(SOURCE);
-        let placement = (0..self.model.nodes.len()).map(|node| usize::from(!reached[node + 2])).collect();
+        let placement =
+            (0..self.model.nodes.len()).map(|node| usize::from(!reached[node + 2])).collect();
         (self.constant + flow, placement)
     }
 }

@@ -110,7 +110,10 @@ impl Network {
             self.work += 1;
             if let Some(&edge) = self.edges[node].get(self.tried[node]) {
                 let target = self.to[edge as usize] as usize;
-                if self.left[edge as usize] > 0 && self.levels[target] != NONE && self.levels[target] == self.levels[node] + 1 {
+                if self.left[edge as usize] > 0
+                    && self.levels[target] != NONE
+                    && self.levels[target] == self.levels[node] + 1
+                {
                     path.push(edge);
                     node = target;
                 } else {

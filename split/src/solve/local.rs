@@ -8,13 +8,17 @@ use std::collections::BTreeSet;
 
 use super::model::{Model, parts_of};
 use super::problem::PartIndex;
-use super::state::{Prices, State, UNIT};
+use super::state::{Prices, State, UNIT, bill};
 
 /// How many moves of a queue are tried for one that repairs.
 const SCAN: usize = 400;
 
 /// A good placement of the free nodes, feasible if the state's excess is 0.
-pub(super) fn search<'a>(model: &'a Model, warm: Option<&[Option<PartIndex>]>, passes: u32) -> State<'a> {
+pub(super) fn search<'a>(
+    model: &'a Model,
+    warm: Option<&[Option<PartIndex>]>,
+    passes: u32,
+) -> State<'a> {
     let mut best: Option<State<'a>> = None;
     let density = density(model);
     let empty = vec![None; model.nodes.len()];
@@ -22,7 +26,11 @@ pub(super) fn search<'a>(model: &'a Model, warm: Option<&[Option<PartIndex>]>, p
     for start in starts.into_iter().flatten() {
         for quarter in [4, 2, 1, 0] {
             let prices = part_of(&density, quarter);
-            let placed = start.iter().enumerate().map(|(node, part)| part.unwrap_or_else(|| cheapest(model, node, &prices))).collect();
+            let placed = start
+                .iter()
+                .enumerate()
+                .map(|(node, part)| part.unwrap_or_else(|| cheapest(model, node, &prices)))
+                .collect();
             let mut state = State::new(model, placed);
             improve(&mut state, &prices, passes);
             if best.as_ref().is_none_or(|best| is_better(&state, best)) {
@@ -44,8 +52,9 @@ fn is_better(a: &State, b: &State) -> bool {
 /// The part on which a node costs least, with what it uses there.
 fn cheapest(model: &Model, node: usize, prices: &Prices) -> PartIndex {
     let node = &model.nodes[node];
-    let price = |part: PartIndex| -> i64 { node.uses[part].iter().zip(&prices.capacity[part]).map(|(amount, price)| amount.saturating_mul(*price)).sum() };
-    parts_of(node.allowed).min_by_key(|&part| node.cost[part] * UNIT + price(part)).unwrap_or(0)
+    parts_of(node.allowed)
+        .min_by_key(|&part| node.cost[part] * UNIT + bill(&node.uses[part], &prices.capacity[part]))
+        .unwrap_or(0)
 }
 
 /// For each limited thing, what the nodes that want to be there gain on average for a unit of it.
@@ -74,7 +83,10 @@ pub(super) fn density(model: &Model) -> Prices {
 
 fn part_of(prices: &Prices, quarters: i64) -> Prices {
     let scale = |price: &i64| price / 4 * quarters;
-    Prices { capacity: prices.capacity.iter().map(|row| row.iter().map(scale).collect()).collect(), pins: prices.pins.iter().map(scale).collect() }
+    Prices {
+        capacity: prices.capacity.iter().map(|row| row.iter().map(scale).collect()).collect(),
+        pins: prices.pins.iter().map(scale).collect(),
+    }
 }
 
 /// Passes until one does not help.
@@ -106,7 +118,8 @@ impl Queue {
     fn renew(&mut self, state: &State, prices: &Prices, node: usize) {
         let Some(keys) = &mut self.keys[node] else { return };
         let others = state.model.nodes[node].allowed & !(1 << state.part[node]);
-        let new: Vec<_> = parts_of(others).map(|part| (state.priced(node, part, prices), part)).collect();
+        let new: Vec<_> =
+            parts_of(others).map(|part| (state.priced(node, part, prices), part)).collect();
         if *keys != new {
             for &(key, part) in keys.iter() {
                 self.entries.remove(&(key, node, part));
@@ -130,12 +143,17 @@ impl Queue {
         if state.excess == 0 {
             return entries.next();
         }
-        entries.take(SCAN).find(|&(node, part)| state.effect(node, part).excess < 0).or_else(|| self.nearest(state))
+        entries
+            .take(SCAN)
+            .find(|&(node, part)| state.effect(node, part).excess < 0)
+            .or_else(|| self.nearest(state))
     }
 
     fn nearest(&self, state: &State) -> Option<(usize, PartIndex)> {
         let moves = self.entries.iter().map(|&(_, node, part)| (node, part));
-        let repair = moves.map(|(node, part)| (state.effect(node, part).excess, node, part)).find(|&(excess, ..)| excess < 0);
+        let repair = moves
+            .map(|(node, part)| (state.effect(node, part).excess, node, part))
+            .find(|&(excess, ..)| excess < 0);
         repair.map(|(_, node, part)| (node, part))
     }
 }

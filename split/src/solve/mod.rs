@@ -14,7 +14,9 @@ mod report;
 mod state;
 
 pub use conflict::{Amount, Conflict, Fight};
-pub use problem::{Choice, Forbidden, InputGroup, Node, NodeIndex, Part, PartIndex, Problem, ProblemError, Wire};
+pub use problem::{
+    Choice, Forbidden, InputGroup, Node, NodeIndex, Part, PartIndex, Problem, ProblemError, Wire,
+};
 pub use report::{Alternative, Constraint, Evaluation, Usage, alternatives, evaluate};
 
 use model::{Model, Origin};
@@ -28,7 +30,7 @@ pub struct Limits {
     pub passes: u32,
     /// Minimum cuts for the bound of a problem with two parts.
     pub cuts: u32,
-    /// Nodes of one search tree.
+    /// Work of one search tree: its nodes times the coefficients of the 0/1 program.
     pub tree: u64,
     /// The largest 0/1 program that is tried, in coefficients: the time of one relaxation grows with the square.
     pub program: usize,
@@ -36,7 +38,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { passes: 12, cuts: 100, tree: 20_000, program: 40_000 }
+        Self { passes: 12, cuts: 100, tree: 20_000_000, program: 40_000 }
     }
 }
 
@@ -77,14 +79,20 @@ pub enum Outcome {
 ///
 /// # Errors
 /// [`ProblemError`] if the problem or the warm start is malformed.
-pub fn solve(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Result<Outcome, ProblemError> {
+pub fn solve(
+    problem: &Problem,
+    limits: &Limits,
+    warm: Option<&[PartIndex]>,
+) -> Result<Outcome, ProblemError> {
     problem.check()?;
     if let Some(warm) = warm {
         problem.check_assignment(warm)?;
     }
     Ok(match search(problem, limits, warm) {
         Found::Optimal { assignment, value } => Outcome::Optimal { assignment, value },
-        Found::Stopped { best: Some((value, assignment)), bound } => Outcome::Best { assignment, value, bound },
+        Found::Stopped { best: Some((value, assignment)), bound } => {
+            Outcome::Best { assignment, value, bound }
+        }
         Found::Stopped { best: None, bound } => Outcome::Unknown { bound },
         Found::Infeasible => Outcome::Infeasible { conflict: conflict::find(problem, limits) },
     })
@@ -94,7 +102,11 @@ pub fn solve(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> 
 ///
 /// # Errors
 /// [`ProblemError`] if the problem or the warm start is malformed.
-pub fn improve(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Result<Option<Vec<PartIndex>>, ProblemError> {
+pub fn improve(
+    problem: &Problem,
+    limits: &Limits,
+    warm: Option<&[PartIndex]>,
+) -> Result<Option<Vec<PartIndex>>, ProblemError> {
     problem.check()?;
     if let Some(warm) = warm {
         problem.check_assignment(warm)?;
@@ -155,7 +167,11 @@ fn core_of(problem: &Problem, model: &Model, decided: &[Option<PartIndex>]) -> O
         if let Origin::Free(free) = *origin
             && let Some(decided) = decided[free]
         {
-            node.choices.iter_mut().enumerate().filter(|&(part, _)| part != decided).for_each(|(_, choice)| *choice = None);
+            node.choices
+                .iter_mut()
+                .enumerate()
+                .filter(|&(part, _)| part != decided)
+                .for_each(|(_, choice)| *choice = None);
         }
     }
     Some(core)
@@ -165,11 +181,15 @@ fn core_of(problem: &Problem, model: &Model, decided: &[Option<PartIndex>]) -> O
 fn search_tree(problem: &Problem, limits: &Limits, best: &mut Candidates) -> Option<i64> {
     let model = model::reduce(problem)?;
     let mut bound = lowest(&model);
-    if program::size(&model) > limits.program {
+    let size = program::size(&model);
+    if size > limits.program {
         return Some(bound);
     }
-    let warm = best.best.as_ref().and_then(|(_, assignment)| model.restrict(assignment).into_iter().collect::<Option<Vec<_>>>());
-    match program::solve(&model, limits.tree, warm.as_deref()) {
+    let nodes = limits.tree / size.max(1) as u64;
+    let warm = best.best.as_ref().and_then(|(_, assignment)| {
+        model.restrict(assignment).into_iter().collect::<Option<Vec<_>>>()
+    });
+    match program::solve(&model, nodes, warm.as_deref()) {
         Answer::Optimal(placement) => {
             if let Some(value) = best.offer(&model, &placement) {
                 bound = bound.max(value);
@@ -188,7 +208,9 @@ fn search_tree(problem: &Problem, limits: &Limits, best: &mut Candidates) -> Opt
 
 /// What the nodes cost at least.
 fn lowest(model: &Model) -> i64 {
-    let least = |node: &model::FreeNode| model::parts_of(node.allowed).map(|part| node.cost[part]).min().unwrap_or(0);
+    let least = |node: &model::FreeNode| {
+        model::parts_of(node.allowed).map(|part| node.cost[part]).min().unwrap_or(0)
+    };
     model.base + model.nodes.iter().map(least).sum::<i64>()
 }
 

@@ -79,6 +79,22 @@ impl Net {
 }
 
 impl Model {
+    /// Drops the limits that no placement reaches.
+    fn drop_loose_limits(&mut self) {
+        for part in 0..self.parts {
+            let here = self.nodes.iter().filter(|node| node.allowed >> part & 1 == 1);
+            let most = here.fold(vec![0; self.resources], |mut sums: Vec<i64>, node| {
+                sums.iter_mut().zip(&node.uses[part]).for_each(|(sum, amount)| *sum += amount);
+                sums
+            });
+            for (limit, most) in self.capacity[part].iter_mut().zip(most) {
+                *limit = limit.filter(|&limit| limit < most);
+            }
+            let most: i64 = self.nets.iter().map(|net| net.pins).sum();
+            self.pins[part] = self.pins[part].filter(|&limit| limit < most);
+        }
+    }
+
     /// The placement of the problem's nodes that a placement of the free nodes means.
     pub(super) fn expand(&self, free: &[PartIndex]) -> Vec<PartIndex> {
         let place = |origin: &Origin| match *origin {
@@ -109,9 +125,13 @@ impl Model {
 pub(super) fn reduce(problem: &Problem) -> Option<Model> {
     let mut work = Work::merged(problem);
     work.settle(problem)?;
-    let model = work.finish(problem);
-    let left = model.capacity.iter().flatten().chain(&model.pins);
-    left.flatten().all(|&left| left >= 0).then_some(model)
+    let mut model = work.finish(problem);
+    let mut left = model.capacity.iter().flatten().chain(&model.pins);
+    if left.any(|left| left.is_some_and(|left| left < 0)) {
+        return None;
+    }
+    model.drop_loose_limits();
+    Some(model)
 }
 
 /// The problem with only the merging of what must be together: each node is free, even if it has one part.
@@ -139,7 +159,15 @@ impl Work {
         let count = class.iter().max().map_or(0, |last| last + 1);
         let (parts, resources) = (problem.parts.len(), problem.resources());
         let all = (1 << parts) - 1;
-        let mut classes = vec![FreeNode { allowed: all, cost: vec![0; parts], uses: vec![vec![0; resources]; parts], ..FreeNode::default() }; count];
+        let mut classes = vec![
+            FreeNode {
+                allowed: all,
+                cost: vec![0; parts],
+                uses: vec![vec![0; resources]; parts],
+                ..FreeNode::default()
+            };
+            count
+        ];
         for (node, &class) in problem.nodes.iter().zip(&class) {
             let into = &mut classes[class];
             for (part, choice) in node.choices.iter().enumerate() {
@@ -155,7 +183,8 @@ impl Work {
         }
         let mut forbidden = Vec::new();
         for set in &problem.forbidden {
-            let set: BTreeSet<_> = set.decisions().iter().map(|&(node, part)| (class[node], part)).collect();
+            let set: BTreeSet<_> =
+                set.decisions().iter().map(|&(node, part)| (class[node], part)).collect();
             // One class on two parts: some decision is always different.
             let mut nodes: Vec<_> = set.iter().map(|&(node, _)| node).collect();
             nodes.dedup();
@@ -178,12 +207,12 @@ impl Work {
             let mut is_changed = self.settle_forbidden()?;
             let mut in_set = in_net.clone();
             self.forbidden.iter().flatten().for_each(|&(class, _)| in_set[class] = true);
-            for class in 0..self.classes.len() {
+            for (class, is_bound) in in_set.into_iter().enumerate() {
                 if self.placed[class] {
                     continue;
                 }
                 is_changed |= self.remove_parts_too_small(problem, class);
-                if !in_set[class] && let Some(best) = self.best_alone(problem, class) {
+                if !is_bound && let Some(best) = self.best_alone(problem, class) {
                     self.classes[class].allowed = 1 << best;
                 }
                 match self.classes[class].allowed.count_ones() {
@@ -192,7 +221,9 @@ impl Work {
                         is_changed = true;
                         self.placed[class] = true;
                         let part = self.classes[class].allowed.trailing_zeros() as usize;
-                        for (sum, amount) in self.used[part].iter_mut().zip(&self.classes[class].uses[part]) {
+                        for (sum, amount) in
+                            self.used[part].iter_mut().zip(&self.classes[class].uses[part])
+                        {
                             *sum += amount;
                         }
                     }
@@ -231,7 +262,9 @@ impl Work {
         let before = self.classes[class].allowed;
         for part in parts_of(before) {
             let room = problem.parts[part].capacities.iter().zip(&self.used[part]);
-            let fits = |(amount, (capacity, used)): (&i64, (&Option<u64>, &i64))| capacity.is_none_or(|capacity| used + amount <= signed(capacity));
+            let fits = |(amount, (capacity, used)): (&i64, (&Option<u64>, &i64))| {
+                capacity.is_none_or(|capacity| used + amount <= signed(capacity))
+            };
             if !self.classes[class].uses[part].iter().zip(room).all(fits) {
                 self.classes[class].allowed &= !(1 << part);
             }
@@ -251,7 +284,12 @@ impl Work {
         let parts = problem.parts.len();
         let mut model = Model { parts, resources: problem.resources(), ..Model::default() };
         for (part, used) in problem.parts.iter().zip(&self.used) {
-            let left: Vec<_> = part.capacities.iter().zip(used).map(|(capacity, used)| capacity.map(|capacity| signed(capacity) - used)).collect();
+            let left: Vec<_> = part
+                .capacities
+                .iter()
+                .zip(used)
+                .map(|(capacity, used)| capacity.map(|capacity| signed(capacity) - used))
+                .collect();
             model.capacity.push(left);
             model.pins.push(part.pins.map(signed));
         }
@@ -271,7 +309,9 @@ impl Work {
         model.origin = self.class.iter().map(|&class| places[class]).collect();
         self.add_nets(&mut model, &places);
         for set in &self.forbidden {
-            set.iter().for_each(|&(class, _)| model.nodes[free[class]].forbidden.push(model.forbidden.len()));
+            set.iter().for_each(|&(class, _)| {
+                model.nodes[free[class]].forbidden.push(model.forbidden.len())
+            });
             model.forbidden.push(set.iter().map(|&(class, part)| (free[class], part)).collect());
         }
         model
@@ -303,7 +343,9 @@ impl Work {
                     }
                 });
             } else if cost > 0 || model.pins.iter().any(Option::is_some) {
-                net.members.iter().for_each(|&member| model.nodes[member].nets.push(model.nets.len()));
+                net.members
+                    .iter()
+                    .for_each(|&member| model.nodes[member].nets.push(model.nets.len()));
                 model.nets.push(net);
             }
         }
@@ -342,7 +384,9 @@ fn classes(problem: &Problem) -> Vec<usize> {
 /// The nets over classes, with the sums of cost and pins of those that are alike.
 fn nets(problem: &Problem, class: &[usize]) -> BTreeMap<(Vec<usize>, bool), (i64, i64)> {
     let mut nets: BTreeMap<(Vec<usize>, bool), (i64, i64)> = BTreeMap::new();
-    let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| nodes.map(|node| class[node]).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
+    let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| {
+        nodes.map(|node| class[node]).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
+    };
     for wire in &problem.wires {
         let members = members(&mut wire.readers.iter().copied().chain([wire.driver]));
         if members.len() > 1 {

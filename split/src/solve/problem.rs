@@ -149,11 +149,18 @@ impl Problem {
         for (index, part) in self.parts.iter().enumerate() {
             length(&format!("parts[{index}].capacities"), resources, part.capacities.len())?;
         }
-        let lists =
-            [("nodes", self.nodes.len()), ("wires", self.wires.len()), ("inputs", self.inputs.len()), ("together", self.together.len()), ("forbidden", self.forbidden.len())];
+        let lists = [
+            ("nodes", self.nodes.len()),
+            ("wires", self.wires.len()),
+            ("inputs", self.inputs.len()),
+            ("together", self.together.len()),
+            ("forbidden", self.forbidden.len()),
+        ];
         for (name, len) in lists {
             if len > MOST {
-                return Err(ProblemError::TooLarge(format!("`{name}` has {len} entries, at most {MOST} are allowed")));
+                return Err(ProblemError::TooLarge(format!(
+                    "`{name}` has {len} entries, at most {MOST} are allowed"
+                )));
             }
         }
         for (index, node) in self.nodes.iter().enumerate() {
@@ -171,7 +178,10 @@ impl Problem {
     fn check_sets(&self) -> Result<(), ProblemError> {
         for (index, wire) in self.wires.iter().enumerate() {
             size(&format!("wires[{index}]"), wire.cost)?;
-            self.check_nodes(&format!("wires[{index}]"), wire.readers.iter().chain([&wire.driver]))?;
+            self.check_nodes(
+                &format!("wires[{index}]"),
+                wire.readers.iter().chain([&wire.driver]),
+            )?;
         }
         for (index, input) in self.inputs.iter().enumerate() {
             self.check_nodes(&format!("inputs[{index}]"), input.readers.iter())?;
@@ -183,14 +193,20 @@ impl Problem {
             for (node, part) in set.decisions() {
                 self.check_nodes(&format!("forbidden[{index}]"), [&node])?;
                 if part >= self.parts.len() {
-                    return Err(ProblemError::Index(format!("forbidden[{index}]: part {part} does not exist")));
+                    return Err(ProblemError::Index(format!(
+                        "forbidden[{index}]: part {part} does not exist"
+                    )));
                 }
             }
         }
         Ok(())
     }
 
-    fn check_nodes<'a>(&self, place: &str, nodes: impl IntoIterator<Item = &'a NodeIndex>) -> Result<(), ProblemError> {
+    fn check_nodes<'a>(
+        &self,
+        place: &str,
+        nodes: impl IntoIterator<Item = &'a NodeIndex>,
+    ) -> Result<(), ProblemError> {
         match nodes.into_iter().find(|&&node| node >= self.nodes.len()) {
             Some(node) => Err(ProblemError::Index(format!("{place}: node {node} does not exist"))),
             None => Ok(()),
@@ -204,16 +220,26 @@ impl Problem {
     pub fn check_assignment(&self, assignment: &[PartIndex]) -> Result<(), ProblemError> {
         length("assignment", self.nodes.len(), assignment.len())?;
         match assignment.iter().find(|&&part| part >= self.parts.len()) {
-            Some(part) => Err(ProblemError::Index(format!("assignment: part {part} does not exist"))),
+            Some(part) => {
+                Err(ProblemError::Index(format!("assignment: part {part} does not exist")))
+            }
             None => Ok(()),
         }
     }
 }
 
 fn length(place: &str, expected: usize, found: usize) -> Result<(), ProblemError> {
-    if expected == found { Ok(()) } else { Err(ProblemError::Length(format!("{place}: expected {expected} entries, found {found}"))) }
+    if expected == found {
+        Ok(())
+    } else {
+        Err(ProblemError::Length(format!("{place}: expected {expected} entries, found {found}")))
+    }
 }
 
 fn size(place: &str, amount: u64) -> Result<(), ProblemError> {
-    if amount <= LARGEST { Ok(()) } else { Err(ProblemError::TooLarge(format!("{place}: {amount} is larger than {LARGEST}"))) }
+    if amount <= LARGEST {
+        Ok(())
+    } else {
+        Err(ProblemError::TooLarge(format!("{place}: {amount} is larger than {LARGEST}")))
+    }
 }

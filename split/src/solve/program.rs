@@ -81,7 +81,8 @@ impl<'a> Program<'a> {
     fn new(model: &'a Model) -> Self {
         let pins = vec![Sum::default(); model.parts];
         let (variables, rows, equations) = (Vec::new(), Vec::new(), Vec::new());
-        let mut program = Self { model, variables, rows, equations, on: Vec::new(), cost: Sum::default(), pins };
+        let mut program =
+            Self { model, variables, rows, equations, on: Vec::new(), cost: Sum::default(), pins };
         program.add_nodes();
         model.nets.iter().for_each(|net| program.add_net(net));
         program.add_limits();
@@ -112,7 +113,8 @@ impl<'a> Program<'a> {
     }
 
     fn add_net(&mut self, net: &Net) {
-        let parts: Vec<_> = (0..self.model.parts).filter(|&part| self.model.pins[part].is_some()).collect();
+        let parts: Vec<_> =
+            (0..self.model.parts).filter(|&part| self.model.pins[part].is_some()).collect();
         if net.is_input {
             for part in parts {
                 let any = self.any(net, part);
@@ -155,26 +157,36 @@ impl<'a> Program<'a> {
         if net.placed >> part & 1 == 1 {
             return Sum::constant(1.0);
         }
-        let members: Vec<_> = net.members.iter().copied().filter(|&member| self.model.nodes[member].allowed >> part & 1 == 1).collect();
+        let members: Vec<_> = net
+            .members
+            .iter()
+            .copied()
+            .filter(|&member| self.model.nodes[member].allowed >> part & 1 == 1)
+            .collect();
         match members[..] {
             [] => Sum::default(),
             [member] => self.on[member][part].clone(),
             _ => {
                 let any = self.variable(false);
-                members.iter().for_each(|&member| self.rows.push(self.on[member][part].minus(&any)));
+                members
+                    .iter()
+                    .for_each(|&member| self.rows.push(self.on[member][part].minus(&any)));
                 any
             }
         }
     }
 
     fn all(&mut self, net: &Net, part: PartIndex) -> Sum {
-        let is_possible = net.placed & !(1 << part) == 0 && net.members.iter().all(|&member| self.model.nodes[member].allowed >> part & 1 == 1);
+        let is_possible = net.placed & !(1 << part) == 0
+            && net.members.iter().all(|&member| self.model.nodes[member].allowed >> part & 1 == 1);
         match net.members[..] {
             _ if !is_possible => Sum::default(),
             [member] => self.on[member][part].clone(),
             _ => {
                 let all = self.variable(false);
-                net.members.iter().for_each(|&member| self.rows.push(all.minus(&self.on[member][part])));
+                net.members
+                    .iter()
+                    .for_each(|&member| self.rows.push(all.minus(&self.on[member][part])));
                 all
             }
         }
@@ -194,7 +206,8 @@ impl<'a> Program<'a> {
         for part in 0..self.model.parts {
             for resource in 0..self.model.resources {
                 if let Some(capacity) = self.model.capacity[part][resource] {
-                    self.rows.push(self.use_of(part, resource).minus(&Sum::constant(capacity as f64)));
+                    self.rows
+                        .push(self.use_of(part, resource).minus(&Sum::constant(capacity as f64)));
                 }
             }
             if let Some(pins) = self.model.pins[part] {
@@ -213,11 +226,24 @@ impl<'a> Program<'a> {
         let mut variables: Vec<Variable> = Vec::new();
         for (index, &is_binary) in self.variables.iter().enumerate() {
             let weight = self.cost.terms.get(&index).copied().unwrap_or_default();
-            variables.push(if is_binary { program.add_binary_var(weight) } else { program.add_var(weight, (0.0, 1.0)) });
+            variables.push(if is_binary {
+                program.add_binary_var(weight)
+            } else {
+                program.add_var(weight, (0.0, 1.0))
+            });
         }
-        let rows = self.rows.iter().map(|row| (row, ComparisonOp::Le)).chain(self.equations.iter().map(|row| (row, ComparisonOp::Eq)));
+        let rows = self
+            .rows
+            .iter()
+            .map(|row| (row, ComparisonOp::Le))
+            .chain(self.equations.iter().map(|row| (row, ComparisonOp::Eq)));
         for (row, operator) in rows {
-            let terms: Vec<_> = row.terms.iter().filter(|(_, factor)| **factor != 0.0).map(|(&variable, &factor)| (variables[variable], factor)).collect();
+            let terms: Vec<_> = row
+                .terms
+                .iter()
+                .filter(|(_, factor)| **factor != 0.0)
+                .map(|(&variable, &factor)| (variables[variable], factor))
+                .collect();
             program.add_constraint(terms, operator, -row.constant);
         }
         let mut options = SolveOptions::default();
@@ -232,8 +258,13 @@ impl<'a> Program<'a> {
         let bound = outcome.stats().best_bound.map(|bound| bound + self.cost.constant);
         let is_proved = outcome.termination_reason() == TerminationReason::ProvenOptimal;
         match outcome.solution() {
-            Some(solution) if is_proved => Answer::Optimal(self.placement(|variable| solution.var_value(variables[variable]))),
-            Some(solution) => Answer::Stopped(Some(self.placement(|variable| solution.var_value(variables[variable]))), bound),
+            Some(solution) if is_proved => {
+                Answer::Optimal(self.placement(|variable| solution.var_value(variables[variable])))
+            }
+            Some(solution) => Answer::Stopped(
+                Some(self.placement(|variable| solution.var_value(variables[variable]))),
+                bound,
+            ),
             None => Answer::Stopped(None, bound),
         }
     }
@@ -243,7 +274,9 @@ impl<'a> Program<'a> {
         let mut hint = Vec::new();
         for (on, &here) in self.on.iter().zip(warm) {
             for (part, sum) in on.iter().enumerate() {
-                if let (Some((&variable, _)), 1, 0.0) = (sum.terms.first_key_value(), sum.terms.len(), sum.constant) {
+                if let (Some((&variable, _)), 1, 0.0) =
+                    (sum.terms.first_key_value(), sum.terms.len(), sum.constant)
+                {
                     hint.push((variables[variable], f64::from(u8::from(part == here))));
                 }
             }
@@ -253,9 +286,14 @@ impl<'a> Program<'a> {
 
     /// The placement that the values of variables mean: each node is on the part with the largest value.
     fn placement(&self, value: impl Fn(usize) -> f64) -> Vec<PartIndex> {
-        let evaluate = |sum: &Sum| sum.terms.iter().map(|(&variable, factor)| factor * value(variable)).sum::<f64>() + sum.constant;
+        let evaluate = |sum: &Sum| {
+            sum.terms.iter().map(|(&variable, factor)| factor * value(variable)).sum::<f64>()
+                + sum.constant
+        };
         let place = |(node, on): (&super::model::FreeNode, &Vec<Sum>)| {
-            parts_of(node.allowed).max_by(|&a, &b| evaluate(&on[a]).total_cmp(&evaluate(&on[b]))).unwrap_or(0)
+            parts_of(node.allowed)
+                .max_by(|&a, &b| evaluate(&on[a]).total_cmp(&evaluate(&on[b])))
+                .unwrap_or(0)
         };
         self.model.nodes.iter().zip(&self.on).map(place).collect()
     }

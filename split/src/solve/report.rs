@@ -88,7 +88,9 @@ pub(super) fn evaluate_checked(problem: &Problem, assignment: &[PartIndex]) -> E
         value += choice.cost;
         used[part].iter_mut().zip(&choice.uses).for_each(|(sum, amount)| *sum += amount);
     }
-    let parts_with = |nodes: &mut dyn Iterator<Item = &NodeIndex>| nodes.fold(0, |mask, &node| mask | 1 << assignment[node]);
+    let parts_with = |nodes: &mut dyn Iterator<Item = &NodeIndex>| {
+        nodes.fold(0, |mask, &node| mask | 1 << assignment[node])
+    };
     for wire in &problem.wires {
         let present: u32 = parts_with(&mut wire.readers.iter().chain([&wire.driver]));
         if present.count_ones() > 1 {
@@ -118,7 +120,11 @@ fn usage(problem: &Problem, used: &[Vec<u64>], pins: &[u64]) -> Vec<Usage> {
     let mut usage = Vec::new();
     for (part, (limits, used)) in problem.parts.iter().zip(used).enumerate() {
         for (resource, (&capacity, &used)) in limits.capacities.iter().zip(used).enumerate() {
-            usage.push(Usage { constraint: Constraint::Capacity { part, resource }, used, capacity });
+            usage.push(Usage {
+                constraint: Constraint::Capacity { part, resource },
+                used,
+                capacity,
+            });
         }
     }
     for (part, (limits, &used)) in problem.parts.iter().zip(pins).enumerate() {
@@ -146,7 +152,10 @@ pub enum Alternative {
 ///
 /// # Errors
 /// [`ProblemError`] if the problem or the placement is malformed.
-pub fn alternatives(problem: &Problem, assignment: &[PartIndex]) -> Result<Vec<Vec<Alternative>>, ProblemError> {
+pub fn alternatives(
+    problem: &Problem,
+    assignment: &[PartIndex],
+) -> Result<Vec<Vec<Alternative>>, ProblemError> {
     problem.check()?;
     problem.check_assignment(assignment)?;
     let model = whole(problem);
@@ -182,7 +191,10 @@ pub fn alternatives(problem: &Problem, assignment: &[PartIndex]) -> Result<Vec<V
 
 /// What the state after a move is.
 fn moved(state: &State, usage: &[Usage]) -> Alternative {
-    let after = state.uses().zip(usage).map(|((_, used), usage)| Usage { used: used.cast_unsigned(), ..*usage });
+    let after = state
+        .uses()
+        .zip(usage)
+        .map(|((_, used), usage)| Usage { used: used.cast_unsigned(), ..*usage });
     let broken: Vec<_> = after.filter(|usage| !usage.fits()).collect();
     match (broken.is_empty(), state.excess) {
         (false, _) => Alternative::DoesNotFit(broken),

@@ -60,7 +60,10 @@ impl<'a> State<'a> {
         };
         for (node, &part) in model.nodes.iter().zip(&state.part) {
             state.value += node.cost[part];
-            state.used[part].iter_mut().zip(&node.uses[part]).for_each(|(sum, amount)| *sum += amount);
+            state.used[part]
+                .iter_mut()
+                .zip(&node.uses[part])
+                .for_each(|(sum, amount)| *sum += amount);
             node.nets.iter().for_each(|&net| state.counts[net][part] += 1);
         }
         for (net, counts) in model.nets.iter().zip(&state.counts) {
@@ -78,8 +81,16 @@ impl<'a> State<'a> {
     fn whole_excess(&self) -> i64 {
         let capacities = self.model.capacity.iter().flatten().zip(self.used.iter().flatten());
         let pins = self.model.pins.iter().zip(&self.pins);
-        let sets = self.model.forbidden.iter().zip(&self.met).filter(|(set, met)| set.len() == **met).count();
-        capacities.chain(pins).fold(scaled(sets), |sum, (capacity, &used)| sum.saturating_add(excess(*capacity, used)))
+        let sets = self
+            .model
+            .forbidden
+            .iter()
+            .zip(&self.met)
+            .filter(|(set, met)| set.len() == **met)
+            .count();
+        capacities.chain(pins).fold(scaled(sets), |sum, (capacity, &used)| {
+            sum.saturating_add(excess(*capacity, used))
+        })
     }
 
     /// What moving a node to another part would change.
@@ -88,9 +99,12 @@ impl<'a> State<'a> {
         let from = self.part[node];
         let (net_value, pins) = self.net_changes(node, to);
         let mut change = self.forbidden_change(node, to);
-        for resource in 0..self.model.resources {
-            change += step(self.model.capacity[from][resource], self.used[from][resource], -uses[from][resource]);
-            change += step(self.model.capacity[to][resource], self.used[to][resource], uses[to][resource]);
+        for (part, sign) in [(from, -1), (to, 1)] {
+            let limits = self.model.capacity[part].iter().zip(&self.used[part]);
+            change += limits
+                .zip(&uses[part])
+                .map(|((limit, used), amount)| step(*limit, *used, sign * amount))
+                .sum::<i64>();
         }
         for (part, &pins) in pins.iter().enumerate().take(self.model.parts) {
             if pins != 0 {
@@ -105,9 +119,10 @@ impl<'a> State<'a> {
         let FreeNode { cost, uses, .. } = &self.model.nodes[node];
         let from = self.part[node];
         let (net_value, pins) = self.net_changes(node, to);
-        let bill = |part: PartIndex| -> i64 { uses[part].iter().zip(&prices.capacity[part]).map(|(amount, price)| amount.saturating_mul(*price)).sum() };
-        let pins: i64 = pins.iter().zip(&prices.pins).map(|(pins, price)| pins * price).sum();
-        (cost[to] - cost[from] + net_value) * UNIT + bill(to) - bill(from) + pins
+        let change = bill(&uses[to], &prices.capacity[to])
+            - bill(&uses[from], &prices.capacity[from])
+            + bill(&pins, &prices.pins);
+        (cost[to] - cost[from] + net_value) * UNIT + change
     }
 
     /// The changes of the cost of the nets and of the pins by part.
@@ -137,7 +152,8 @@ impl<'a> State<'a> {
         for &index in &self.model.nodes[node].forbidden {
             let set = &self.model.forbidden[index];
             let is_met = set.len() == self.met[index];
-            let met = self.met[index] + usize::from(set.contains(&(node, to))) - usize::from(set.contains(&(node, from)));
+            let met = self.met[index] + usize::from(set.contains(&(node, to)))
+                - usize::from(set.contains(&(node, from)));
             change += scaled(usize::from(met == set.len())) - scaled(usize::from(is_met));
         }
         change
@@ -151,10 +167,8 @@ impl<'a> State<'a> {
         self.excess += effect.excess;
         self.pins.iter_mut().zip(pins).for_each(|(sum, change)| *sum += change);
         let data = &self.model.nodes[node];
-        for resource in 0..self.model.resources {
-            self.used[from][resource] -= data.uses[from][resource];
-            self.used[to][resource] += data.uses[to][resource];
-        }
+        self.used[from].iter_mut().zip(&data.uses[from]).for_each(|(sum, amount)| *sum -= amount);
+        self.used[to].iter_mut().zip(&data.uses[to]).for_each(|(sum, amount)| *sum += amount);
         for &index in &data.forbidden {
             let set = &self.model.forbidden[index];
             self.met[index] += usize::from(set.contains(&(node, to)));
@@ -181,19 +195,36 @@ impl<'a> State<'a> {
     /// The uses of all capacities, then of the pins, each with its limit.
     pub(super) fn uses(&self) -> impl Iterator<Item = (Option<i64>, i64)> {
         let capacities = self.model.capacity.iter().flatten().zip(self.used.iter().flatten());
-        capacities.chain(self.model.pins.iter().zip(&self.pins)).map(|(capacity, used)| (*capacity, *used))
+        capacities
+            .chain(self.model.pins.iter().zip(&self.pins))
+            .map(|(capacity, used)| (*capacity, *used))
     }
+}
+
+/// What amounts cost at some prices. Each term is clamped, so that no sum of such bills overflows.
+pub(super) fn bill(amounts: &[i64], prices: &[i64]) -> i64 {
+    const MOST: i64 = 1 << 55;
+    amounts
+        .iter()
+        .zip(prices)
+        .map(|(amount, price)| amount.saturating_mul(*price).clamp(-MOST, MOST))
+        .sum()
 }
 
 /// The parts on which a net has a member.
 fn present(net: &Net, counts: &[u32]) -> Mask {
-    counts.iter().enumerate().fold(net.placed, |mask, (part, &count)| mask | Mask::from(count > 0) << part)
+    counts
+        .iter()
+        .enumerate()
+        .fold(net.placed, |mask, (part, &count)| mask | Mask::from(count > 0) << part)
 }
 
 /// One unit of excess for each thousandth of a capacity that is too much, so that small and large capacities weigh the same.
 fn excess(capacity: Option<i64>, used: i64) -> i64 {
     match capacity {
-        Some(capacity) if used > capacity => ((used - capacity) * 1000 / (capacity.max(0) + 1)).max(1),
+        Some(capacity) if used > capacity => {
+            ((used - capacity) * 1000 / (capacity.max(0) + 1)).max(1)
+        }
         _ => 0,
     }
 }

@@ -41,8 +41,13 @@ pub(crate) fn random_problem(prng: &mut Prng) -> Problem {
     let is_tight = prng.chance(50);
     for _ in 0..parts {
         let room = if is_tight { nodes * 2 } else { nodes * 4 } / parts + 2;
-        let capacities = (0..resources).map(|_| prng.chance(60).then(|| (1 + prng.below(room)) as u64)).collect();
-        problem.parts.push(Part { capacities, pins: prng.chance(50).then(|| prng.below(if is_tight { 4 } else { 9 }) as u64) });
+        let capacities = (0..resources)
+            .map(|_| prng.chance(60).then(|| (1 + prng.below(room)) as u64))
+            .collect();
+        problem.parts.push(Part {
+            capacities,
+            pins: prng.chance(50).then(|| prng.below(if is_tight { 4 } else { 9 }) as u64),
+        });
     }
     for _ in 0..nodes {
         let mut choices = Vec::new();
@@ -54,7 +59,11 @@ pub(crate) fn random_problem(prng: &mut Prng) -> Problem {
         problem.nodes.push(Node { choices });
     }
     for _ in 0..prng.below(nodes * 2) {
-        problem.wires.push(Wire { driver: prng.below(nodes), readers: prng.some_of(nodes, 4), cost: prng.below(12) as u64 });
+        problem.wires.push(Wire {
+            driver: prng.below(nodes),
+            readers: prng.some_of(nodes, 4),
+            cost: prng.below(12) as u64,
+        });
     }
     for _ in 0..prng.below(nodes) {
         problem.inputs.push(InputGroup { readers: prng.some_of(nodes, 3) });
@@ -64,7 +73,9 @@ pub(crate) fn random_problem(prng: &mut Prng) -> Problem {
     }
     for _ in 0..prng.below(4) {
         let forbidden = match prng.chance(50) {
-            true => Forbidden::Decisions((0..1 + prng.below(4)).map(|_| (prng.below(nodes), prng.below(parts))).collect()),
+            true => Forbidden::Decisions(
+                (0..1 + prng.below(4)).map(|_| (prng.below(nodes), prng.below(parts))).collect(),
+            ),
             false => Forbidden::Together { nodes: prng.some_of(nodes, 4), part: prng.below(parts) },
         };
         problem.forbidden.push(forbidden);
@@ -85,9 +96,16 @@ pub(crate) fn series(steps: usize) -> Problem {
         Node { choices: vec![Some(chip), Some(Choice { cost: 0, uses: vec![0, 0] })] }
     };
     let cells = steps as u64 * 3 / 10;
-    let chip = Part { capacities: vec![Some(cells), Some(3 * cells)], pins: Some((steps as u64 * 35 / 100).max(8)) };
+    let chip = Part {
+        capacities: vec![Some(cells), Some(3 * cells)],
+        pins: Some((steps as u64 * 35 / 100).max(8)),
+    };
     let cpu = Part { capacities: vec![None, None], pins: None };
-    let mut problem = Problem { parts: vec![chip, cpu], nodes: terms.iter().zip(&cycles).map(node).collect(), ..Problem::default() };
+    let mut problem = Problem {
+        parts: vec![chip, cpu],
+        nodes: terms.iter().zip(&cycles).map(node).collect(),
+        ..Problem::default()
+    };
     let wire = |driver, reader| Wire { driver, readers: vec![reader], cost: 4 };
     for step in 0..steps {
         let next = if step % 10 == 9 { step - 9 } else { step + 1 };
@@ -110,12 +128,23 @@ pub(crate) fn series(steps: usize) -> Problem {
 pub(crate) fn three_parts(prng: &mut Prng, nodes: usize) -> Problem {
     let mut problem = Problem::default();
     for part in 0..3 {
-        let capacities = (0..2).map(|_| (part < 2).then(|| (nodes * (5 + prng.below(4)) / 10) as u64)).collect();
-        problem.parts.push(Part { capacities, pins: (part < 2).then(|| (4 + nodes / 3 + prng.below(4)) as u64) });
+        let capacities =
+            (0..2).map(|_| (part < 2).then(|| (nodes * (5 + prng.below(4)) / 10) as u64)).collect();
+        problem.parts.push(Part {
+            capacities,
+            pins: (part < 2).then(|| (4 + nodes / 3 + prng.below(4)) as u64),
+        });
     }
     for _ in 0..nodes {
-        let chip = |prng: &mut Prng| Choice { cost: prng.below(20) as i64, uses: (0..2).map(|_| (1 + prng.below(3)) as u64).collect() };
-        let choices = vec![Some(chip(prng)), prng.chance(90).then(|| chip(prng)), Some(Choice { cost: 20 + prng.below(30) as i64, uses: vec![0, 0] })];
+        let chip = |prng: &mut Prng| Choice {
+            cost: prng.below(20) as i64,
+            uses: (0..2).map(|_| (1 + prng.below(3)) as u64).collect(),
+        };
+        let choices = vec![
+            Some(chip(prng)),
+            prng.chance(90).then(|| chip(prng)),
+            Some(Choice { cost: 20 + prng.below(30) as i64, uses: vec![0, 0] }),
+        ];
         problem.nodes.push(Node { choices });
     }
     for _ in 0..nodes {
