@@ -145,9 +145,9 @@ impl Problem {
             return Err(ProblemError::Parts(self.parts.len()));
         }
         let resources = self.resources();
-        length("parts[0].capacities", resources.min(MOST_RESOURCES), resources)?;
+        length(format_args!("parts[0].capacities"), resources.min(MOST_RESOURCES), resources)?;
         for (index, part) in self.parts.iter().enumerate() {
-            length(&format!("parts[{index}].capacities"), resources, part.capacities.len())?;
+            length(format_args!("parts[{index}].capacities"), resources, part.capacities.len())?;
         }
         let lists = [
             ("nodes", self.nodes.len()),
@@ -164,11 +164,11 @@ impl Problem {
             }
         }
         for (index, node) in self.nodes.iter().enumerate() {
-            length(&format!("nodes[{index}].choices"), self.parts.len(), node.choices.len())?;
+            length(format_args!("nodes[{index}].choices"), self.parts.len(), node.choices.len())?;
             for choice in node.choices.iter().flatten() {
-                length(&format!("nodes[{index}]: uses"), resources, choice.uses.len())?;
+                length(format_args!("nodes[{index}]: uses"), resources, choice.uses.len())?;
                 for amount in choice.uses.iter().copied().chain([choice.cost.unsigned_abs()]) {
-                    size(&format!("nodes[{index}]"), amount)?;
+                    size(format_args!("nodes[{index}]"), amount)?;
                 }
             }
         }
@@ -177,21 +177,21 @@ impl Problem {
 
     fn check_sets(&self) -> Result<(), ProblemError> {
         for (index, wire) in self.wires.iter().enumerate() {
-            size(&format!("wires[{index}]"), wire.cost)?;
+            size(format_args!("wires[{index}]"), wire.cost)?;
             self.check_nodes(
-                &format!("wires[{index}]"),
+                format_args!("wires[{index}]"),
                 wire.readers.iter().chain([&wire.driver]),
             )?;
         }
         for (index, input) in self.inputs.iter().enumerate() {
-            self.check_nodes(&format!("inputs[{index}]"), input.readers.iter())?;
+            self.check_nodes(format_args!("inputs[{index}]"), input.readers.iter())?;
         }
         for (index, set) in self.together.iter().enumerate() {
-            self.check_nodes(&format!("together[{index}]"), set.iter())?;
+            self.check_nodes(format_args!("together[{index}]"), set.iter())?;
         }
         for (index, set) in self.forbidden.iter().enumerate() {
             for (node, part) in set.decisions() {
-                self.check_nodes(&format!("forbidden[{index}]"), [&node])?;
+                self.check_nodes(format_args!("forbidden[{index}]"), [&node])?;
                 if part >= self.parts.len() {
                     return Err(ProblemError::Index(format!(
                         "forbidden[{index}]: part {part} does not exist"
@@ -204,7 +204,7 @@ impl Problem {
 
     fn check_nodes<'a>(
         &self,
-        place: &str,
+        place: fmt::Arguments<'_>,
         nodes: impl IntoIterator<Item = &'a NodeIndex>,
     ) -> Result<(), ProblemError> {
         match nodes.into_iter().find(|&&node| node >= self.nodes.len()) {
@@ -218,7 +218,7 @@ impl Problem {
     /// # Errors
     /// The first thing that is malformed.
     pub fn check_assignment(&self, assignment: &[PartIndex]) -> Result<(), ProblemError> {
-        length("assignment", self.nodes.len(), assignment.len())?;
+        length(format_args!("assignment"), self.nodes.len(), assignment.len())?;
         match assignment.iter().find(|&&part| part >= self.parts.len()) {
             Some(part) => {
                 Err(ProblemError::Index(format!("assignment: part {part} does not exist")))
@@ -228,7 +228,7 @@ impl Problem {
     }
 }
 
-fn length(place: &str, expected: usize, found: usize) -> Result<(), ProblemError> {
+fn length(place: fmt::Arguments<'_>, expected: usize, found: usize) -> Result<(), ProblemError> {
     if expected == found {
         Ok(())
     } else {
@@ -236,7 +236,7 @@ fn length(place: &str, expected: usize, found: usize) -> Result<(), ProblemError
     }
 }
 
-fn size(place: &str, amount: u64) -> Result<(), ProblemError> {
+fn size(place: fmt::Arguments<'_>, amount: u64) -> Result<(), ProblemError> {
     if amount <= LARGEST {
         Ok(())
     } else {
