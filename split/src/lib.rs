@@ -17,3 +17,6 @@
 //! assert_eq!((assignment, value), (vec![1, 0], 34));
 //! ```
 pub mod solve;
+
+#[cfg(test)]
+extern crate self as grafsynth_split;

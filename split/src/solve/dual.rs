@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
 
 impl Model {
     /// What there is of each limited thing: capacities by part, pins, and forbidden sets, of which all but one decision may be made.
-    fn limits(&self) -> impl Iterator<Item = i64> {
+    pub(super) fn limits(&self) -> impl Iterator<Item = i64> {
         let sets =
             self.forbidden.iter().map(|set| i64::try_from(set.len()).unwrap_or(i64::MAX) - 1);
         self.capacity.iter().flatten().chain(&self.pins).filter_map(|limit| *limit).chain(sets)
@@ -229,7 +229,7 @@ impl Model {
 }
 
 /// The network of which a minimum cut is the cheapest placement at some prices.
-struct Cut<'a> {
+pub(super) struct Cut<'a> {
     model: &'a Model,
     network: Network,
     /// By node and part: what it costs there.
@@ -239,7 +239,7 @@ struct Cut<'a> {
 }
 
 impl<'a> Cut<'a> {
-    fn new(model: &'a Model, rows: &[i64], room: &[i64]) -> Option<Self> {
+    pub(super) fn new(model: &'a Model, rows: &[i64], room: &[i64]) -> Option<Self> {
         let prices = model.prices(rows);
         let constant = rows
             .iter()
@@ -354,7 +354,7 @@ impl<'a> Cut<'a> {
     }
 
     /// The bound, in `1 / UNIT` and without the decided part, and the placement of the cut.
-    fn solve(&mut self) -> (i64, Vec<PartIndex>) {
+    pub(super) fn solve(&mut self) -> (i64, Vec<PartIndex>) {
         let flow = self.network.add_flow(SOURCE, SINK, INFINITE);
         let reached = self.network.reached(SOURCE);
         let placement =

@@ -12,6 +12,8 @@ mod problem;
 mod program;
 mod report;
 mod state;
+#[cfg(test)]
+mod tests;
 
 pub use conflict::{Amount, Conflict, Fight};
 pub use problem::{
