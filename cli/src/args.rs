@@ -3,7 +3,7 @@
 use crate::effort::{Effort, Limits};
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
-use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, RESETS};
+use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, OBJECTIVES, RESETS};
 use crate::numbers::whole;
 use crate::render::MessageFormat;
 use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum, ValueHint};
@@ -12,6 +12,7 @@ use grafsynth_backend_c::cost::{self, Goal, Machine};
 use grafsynth_driver::coding::EncodingChoice;
 use grafsynth_driver::pipeline::ResetStyle;
 use grafsynth_driver::read::{CCalls, CGroup};
+use grafsynth_driver::split::Objective;
 use std::path::{Path, PathBuf};
 
 /// Compile charts to C and programmable logic, and check the results against the chart.
@@ -127,6 +128,8 @@ pub(crate) enum Verb {
     Check(Check),
     /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
+    /// Split a chart between chips and a CPU, with the wires between them and the proof.
+    Split(Box<Split>),
     /// Simulate a design and print the trace.
     Sim(Sim),
     /// Compare designs with each other, or one design on several engines.
@@ -158,6 +161,7 @@ impl Verb {
             Verb::New(_) => "new",
             Verb::Check(_) => "check",
             Verb::Build(_) => "build",
+            Verb::Split(_) => "split",
             Verb::Sim(_) => "sim",
             Verb::Compare(_) => "compare",
             Verb::Convert(_) => "convert",
@@ -403,6 +407,34 @@ pub(crate) struct Trust {
     /// Run C text from the chart (`code c`) when its C is compiled and tested; by default that text is left out.
     #[arg(long)]
     pub(crate) trust_code: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Split {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// A part and its device, for example `chip=gal22v10` or `cpu=atmega328p` (`list` lists the devices); repeatable, chips first and one CPU last.
+    #[arg(long, value_name = "NAME=DEVICE")]
+    pub(crate) part: Vec<String>,
+    /// Place steps, transitions, variables or outputs on a part, for example `p1,p2=chip`; repeatable. `place p1 on chip` in a partition file is the same.
+    #[arg(long, value_name = "NAMES=PART")]
+    pub(crate) place: Vec<String>,
+    /// Partition file of an earlier split (STEM.split), which gives the parts and the places.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) with: Option<String>,
+    /// Minimise the estimated cycles of the CPU, the wires, or the macrocells.
+    #[arg(long, value_name = "WHAT", value_parser = OBJECTIVES, default_value = "cycles")]
+    pub(crate) minimise: Objective,
+    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension.
+    #[arg(long, short, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+    /// Write the outputs even if a proof is open; the exit code is 4 then.
+    #[arg(long)]
+    pub(crate) unproved: bool,
+    #[command(flatten)]
+    pub(crate) limits: Limits,
+    #[command(flatten)]
+    pub(crate) trust: Trust,
 }
 
 #[derive(Debug, Args)]
@@ -690,7 +722,7 @@ const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or 
                         charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
 
 /// The examples at the end of a verb's help, by verb.
-const EXAMPLES: [(&str, &str); 12] = [
+const EXAMPLES: [(&str, &str); 13] = [
     (
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
@@ -706,6 +738,11 @@ const EXAMPLES: [(&str, &str); 12] = [
         "build",
         "  grafsynth build lamp.graf --target c --for avr --report -o out
   grafsynth build lamp.graf --target jedec --device gal22v10 -o out",
+    ),
+    (
+        "split",
+        "  grafsynth split truck.graf --part chip=gal16v8 --part cpu=atmega328p --place R,L=chip -o out
+  grafsynth split truck.graf --with out/truck.split -o out  # with the partition as written there",
     ),
     (
         "sim",

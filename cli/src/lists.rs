@@ -2,6 +2,7 @@
 
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::languages::{LANGUAGES, Language};
+use grafsynth_driver::split::CPUS;
 use grafsynth_driver::target::{self, Target};
 use grafsynth_ir::diag::nearest;
 
@@ -14,9 +15,10 @@ struct List {
     entries: fn() -> Vec<(String, String)>,
 }
 
-const LISTS: [List; 8] = [
+const LISTS: [List; 9] = [
     List { id: "target", options: &["--target", "-t"], verbs: &["build"], entries: targets },
     List { id: "device", options: &["--device"], verbs: &["build"], entries: devices },
+    List { id: "part", options: &["--part"], verbs: &["split"], entries: parts },
     List { id: "style", options: &["--style"], verbs: &["build"], entries: styles },
     List {
         id: "machine",
@@ -80,6 +82,11 @@ fn targets() -> Vec<(String, String)> {
 
 fn devices() -> Vec<(String, String)> {
     target::devices().map(|(name, about)| (name.to_owned(), about)).collect()
+}
+
+fn parts() -> Vec<(String, String)> {
+    let cpus = CPUS.iter().map(|(name, machine)| ((*name).to_owned(), format!("CPU ({machine})")));
+    devices().into_iter().chain(cpus).collect()
 }
 
 fn styles() -> Vec<(String, String)> {

@@ -82,6 +82,7 @@ fn run(cli: &Cli, session: &mut Session) -> Result<Exit, Stop> {
         Verb::New(arguments) => verbs::new::run(arguments, cli.global.quiet).map_err(Stop::Usage),
         Verb::Check(arguments) => verbs::check::run(session, arguments),
         Verb::Build(arguments) => verbs::build::run(session, arguments),
+        Verb::Split(arguments) => verbs::split::run(session, arguments),
         Verb::Sim(arguments) => verbs::sim::run(session, arguments),
         Verb::Compare(arguments) => verbs::compare::run(session, arguments),
         Verb::Convert(arguments) => verbs::convert::run(session, arguments),
@@ -150,7 +151,7 @@ fn makes_standard_output(verb: &Verb) -> bool {
         Verb::Trace(_) | Verb::Explain(_) | Verb::Doctor | Verb::Completions(_) | Verb::Man(_) => {
             true
         }
-        Verb::New(_) | Verb::Build(_) | Verb::Compare(_) | Verb::Diff(_) => false,
+        Verb::New(_) | Verb::Build(_) | Verb::Split(_) | Verb::Compare(_) | Verb::Diff(_) => false,
     }
 }
 

@@ -7,6 +7,7 @@ use grafsynth_backend_c::cost::Goal;
 use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::pipeline::ResetStyle;
 use grafsynth_driver::read::{CCalls, CGroup};
+use grafsynth_driver::split::Objective;
 use std::ffi::OsStr;
 
 /// Values of `check --notes`.
@@ -30,6 +31,10 @@ pub(crate) const CALLS: Named<CCalls> = Named(&[("copy", CCalls::Copy), ("share"
 
 /// Values of `--int`.
 pub(crate) const INTS: Named<u32> = Named(&[("16", 16), ("32", 32)]);
+
+/// Values of `--minimise`.
+pub(crate) const OBJECTIVES: Named<Objective> =
+    Named(&[("cycles", Objective::Cycles), ("pins", Objective::Pins), ("cells", Objective::Cells)]);
 
 /// Values of `--optimise`.
 pub(crate) const GOALS: Named<Goal> = Named(&[("speed", Goal::Speed), ("size", Goal::Size)]);

@@ -70,6 +70,9 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             rules
         }
         Verb::Build(arguments) => of_build(arguments),
+        Verb::Split(arguments) => {
+            of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
+        }
         Verb::Sim(arguments) => of_sim(arguments),
         Verb::Compare(arguments) => of_compare(arguments),
         Verb::Convert(arguments) => {

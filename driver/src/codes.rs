@@ -27,7 +27,9 @@ pub const ONE_CLOCK: Code = Code { id: "G0014", title: "one clock per micro-step
 pub const OLDER_SOURCE: Code = Code { id: "G0015", title: "outdated output file" };
 /// C code of the chart's author, which proofs do not cover and which is not run without permission.
 pub const OWN_C: Code = Code { id: "G0016", title: "C code in the chart" };
-/// All codes.
+/// The objects of a chart cannot be placed on the parts of a split.
+pub const NO_PARTITION: Code = Code { id: "G0017", title: "no partition" };
+/// All codes of this crate.
 pub const ALL: &[Code] = &[
     UNKNOWN_FORMAT,
     NEEDS_CHART,
@@ -41,4 +43,5 @@ pub const ALL: &[Code] = &[
     ONE_CLOCK,
     OLDER_SOURCE,
     OWN_C,
+    NO_PARTITION,
 ];

@@ -57,6 +57,7 @@ pub mod ring;
 pub mod rows;
 pub mod run;
 pub mod source;
+pub mod split;
 mod stages;
 pub mod state_table;
 pub mod stem;

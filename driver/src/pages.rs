@@ -33,6 +33,7 @@ pub fn codes() -> Vec<Code> {
         grafsynth_backend_pld::pla::codes::ALL,
         grafsynth_backend_pld::fuse::codes::ALL,
         grafsynth_verify::codes::ALL,
+        grafsynth_split::codes::ALL,
         crate::codes::ALL,
     ]
     .concat();

@@ -1,15 +1,39 @@
 //! Splits a net between chips and a CPU (semantics §10).
 //!
 //! ```text
-//! net ─ together ─► groups of objects that lie on one part
-//!     ─ divide ───► one net for each part, and the wires between them
+//! net ─ together ──► groups of objects that lie on one part
+//!     ─ partition ─► the part of each group, by the solver in `solve`
+//!     ─ divide ────► one net for each part, and the wires between them
 //! ```
 //!
 //! Everything here is a pure function. `grafsynth-verify` proves that the parts, joined by their wires, are the net; it shares no code with this crate.
+//!
+//! The solver knows nothing of charts: its input is a table of costs.
+//!
+//! ```
+//! use grafsynth_split::solve::{Choice, Limits, Node, Outcome, Part, Problem, Wire, solve};
+//!
+//! // Two steps with a wire between them. The chip has one macrocell; the CPU has no limit.
+//! let step = |cycles| Node { choices: vec![Some(Choice { cost: 0, uses: vec![1] }), Some(Choice { cost: cycles, uses: vec![0] })] };
+//! let problem = Problem {
+//!     parts: vec![Part { capacities: vec![Some(1)], pins: Some(8) }, Part { capacities: vec![None], pins: None }],
+//!     nodes: vec![step(30), step(50)],
+//!     wires: vec![Wire { driver: 0, readers: vec![1], cost: 4 }],
+//!     ..Problem::default()
+//! };
+//! let Ok(Outcome::Optimal { assignment, value }) = solve(&problem, &Limits::default(), None) else { panic!("not solved") };
+//! assert_eq!((assignment, value), (vec![1, 0], 34));
+//! ```
 
 pub mod codes;
 pub mod divide;
+pub mod partition;
+pub mod solve;
 pub mod together;
 
 pub use divide::divide;
+pub use partition::{Objective, PartSpec, Partition, partition};
 pub use together::{Bond, Groups, Item, Why, together};
+
+#[cfg(test)]
+extern crate self as grafsynth_split;

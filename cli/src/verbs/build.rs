@@ -453,10 +453,10 @@ fn packages(names: &[String]) -> Result<Vec<Ecosystem>, Stop> {
 }
 
 /// Compiles C with the compiler of the host, and compares its run with the net.
-struct HostC<'a> {
-    session: &'a Session,
-    net: &'a Valid<Net>,
-    options: &'a BuildOptions,
+pub(super) struct HostC<'a> {
+    pub(super) session: &'a Session,
+    pub(super) net: &'a Valid<Net>,
+    pub(super) options: &'a BuildOptions,
 }
 
 impl CEngine for HostC<'_> {

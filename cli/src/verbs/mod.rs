@@ -21,4 +21,5 @@ pub(crate) mod minimise;
 pub(crate) mod new;
 mod refit;
 pub(crate) mod sim;
+pub(crate) mod split;
 pub(crate) mod trace;

@@ -271,7 +271,23 @@ impl Proof<'_> {
                 *value = Value::Flag(fires.get(id.index()).copied().unwrap_or(Lit::FALSE));
             }
         }
+        // The lists run under what fires in the net, which makes most functions equal by construction; that the part decides the same is shown for each transition.
+        let claimed: Vec<Lit> = part
+            .transitions
+            .values()
+            .map(|old| fires.get(old.index()).copied().unwrap_or(Lit::FALSE))
+            .collect();
+        maker.claimed = Some(claimed.clone());
         let own = maker.reaction(&given, &own_inputs)?;
+        if maker.decided.len() != claimed.len() {
+            return Err(Failed::Open("what fires in a part is not known".to_owned()));
+        }
+        for (((id, _), given), wanted) in
+            part.transitions.iter().zip(maker.decided.clone()).zip(claimed)
+        {
+            let what = What::Decision(id.index());
+            pairs.push(Pair { what, wanted, given, at_reset: false });
+        }
         let given = seen(maker, whole, net, part, &next.state)?;
         let wanted = shape.bits(&part.net, &mut maker.aig, &given);
         for (key, lit) in shape.bits(&part.net, &mut maker.aig, &own.state) {
@@ -342,6 +358,7 @@ struct Pair {
 enum What {
     Bit(Key),
     Output(usize),
+    Decision(usize),
 }
 
 impl What {
@@ -351,6 +368,12 @@ impl What {
             What::Output(at) => {
                 let output = part.net.outputs.values().nth(*at).map(|it| it.name.text.as_str());
                 format!("output `{}` of part `{name}`", output.unwrap_or_default())
+            }
+            What::Decision(at) => {
+                let transition =
+                    part.net.transitions.values().nth(*at).map(|it| it.name.text.as_str());
+                let transition = transition.unwrap_or_default();
+                format!("whether transition `{transition}` of part `{name}` fires")
             }
             What::Bit((Origin::Step(step), _, _)) => {
                 format!("step `{}` of part `{name}`", net.steps[part.steps[*step]].name)

@@ -73,6 +73,10 @@ pub(crate) struct Maker<'n> {
     pub(super) rise: Vec<Lit>,
     pub(super) fall: Vec<Lit>,
     pub(super) fireable: Vec<Lit>,
+    /// For a part of a split: what fires in the next micro-step instead of what the check decides. Whoever sets it shows that both are equal.
+    pub(super) claimed: Option<Vec<Lit>>,
+    /// What the check decided in the micro-step with a claim.
+    pub(super) decided: Vec<Lit>,
     /// The fireable transitions that no forcing order blocks at the start.
     pub(super) free: Vec<Lit>,
     /// The forced charts; a chart comes after those that force it.
@@ -127,6 +131,8 @@ impl<'n> Maker<'n> {
             rise: vec![Lit::FALSE; net.edges.len()],
             fall: vec![Lit::FALSE; net.edges.len()],
             fireable: vec![Lit::FALSE; net.transitions.len()],
+            claimed: None,
+            decided: Vec::new(),
             free: Vec::new(),
             forced: forced_charts(net)?,
             calls: BTreeMap::new(),
@@ -573,6 +579,13 @@ impl<'n> Maker<'n> {
                 return Ok(if self.may_fault { goes_on } else { Lit::FALSE });
             }
             let fires: Vec<Lit> = chosen.iter().map(|one| self.aig.and(*one, running)).collect();
+            let fires = match self.claimed.take() {
+                Some(claimed) => {
+                    self.decided = fires;
+                    claimed
+                }
+                None => fires,
+            };
             self.fire(state, &fires)?;
             self.fired.push(fires);
             if !is_stable {

@@ -1,0 +1,100 @@
+//! The partition as a file, `plant.split`: the parts and the place of each object, to be read, edited and given back with `--with`.
+
+use grafsynth_ir::net::Net;
+use grafsynth_split::{Item, Objective};
+
+use super::{RequestedPart, Split};
+
+/// What a partition file says.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Written {
+    /// The parts, in order: name and device.
+    pub parts: Vec<(String, String)>,
+    /// The places, in order: the object, the part, and the line number, from 1.
+    pub places: Vec<(String, String, u32)>,
+}
+
+/// The text of the partition.
+#[must_use]
+pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objective) -> String {
+    let mut text = format!(
+        "# Partition of {}. Edit it and build it again: grafsynth split FILE --with THIS-FILE -o DIR\n",
+        net.name
+    );
+    text += &format!(
+        "# minimised: {} (estimate {}, lower bound {})\n\n",
+        objective.name(),
+        split.partition.evaluation.value,
+        split.partition.bound
+    );
+    for part in parts {
+        text += &format!("part {} = {}\n", part.name, part.device.name());
+    }
+    for (at, part) in parts.iter().enumerate() {
+        text.push('\n');
+        for (group, items) in split.groups.groups.iter().enumerate() {
+            if split.partition.part.get(group) != Some(&at) {
+                continue;
+            }
+            let names: Vec<String> = items
+                .iter()
+                .filter(|item| !matches!(item, Item::Event(_)))
+                .map(|item| plain(net, *item))
+                .collect();
+            let why = match split.groups.cpu_only.get(&group) {
+                Some((item, why)) => format!("  # {}: {why}", item.describe(net)),
+                None => String::new(),
+            };
+            text += &format!("place {} on {}{why}\n", names.join(", "), part.name);
+        }
+    }
+    text.push('\n');
+    for wire in &split.division.wires {
+        let to: Vec<&str> = wire
+            .to
+            .iter()
+            .filter_map(|(part, _)| parts.get(*part))
+            .map(|part| part.name.as_str())
+            .collect();
+        let from = parts.get(wire.from).map_or("", |part| part.name.as_str());
+        text += &format!("# wire {}: from {from} to {}\n", wire.name, to.join(", "));
+    }
+    text
+}
+
+fn plain(net: &Net, item: Item) -> String {
+    item.describe(net).replace('`', "")
+}
+
+/// Reads a partition file.
+///
+/// # Errors
+/// The lines that are not understood: the line number and what was expected.
+pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
+    let mut written = Written::default();
+    let mut wrong = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            continue;
+        }
+        if let Some(rest) = line.strip_prefix("part ")
+            && let Some((name, device)) = rest.split_once('=')
+        {
+            written.parts.push((name.trim().to_owned(), device.trim().to_owned()));
+        } else if let Some(rest) = line.strip_prefix("place ")
+            && let Some((names, part)) = rest.rsplit_once(" on ")
+        {
+            let names = names
+                .split(',')
+                .map(|name| (name.trim().to_owned(), part.trim().to_owned(), number));
+            written.places.extend(names);
+        } else {
+            wrong.push((
+                number,
+                "expected `part NAME = DEVICE` or `place NAME, .. on PART`".to_owned(),
+            ));
+        }
+    }
+    if wrong.is_empty() { Ok(written) } else { Err(wrong) }
+}

@@ -1,0 +1,394 @@
+//! The part of each group of objects: the partition problem of a net, and its solution.
+//!
+//! A group (see [`together`](crate::together())) is a node of the problem. A wire is needed where a part has a step that a transition enters or leaves, and the
+//! transition is on another part; so each transition is a hyperedge from its group to the groups that have or read such a step, and the pins for wires and inputs
+//! are counted exactly. Macrocells and cycles are estimates: one flip-flop for each step and each bit, a few cycles for each operator. An estimate only
+//! chooses; whether the chip holds its part is decided by the real fit, and a set that did not fit is excluded together with all larger sets.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::Span;
+use grafsynth_ir::arena::IdMap;
+use grafsynth_ir::division::{Owners, PartIndex};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind};
+use grafsynth_ir::plan::following;
+use grafsynth_ir::walk::{expressions, statements};
+
+use crate::solve::{
+    self, Alternative, Choice, Conflict, Evaluation, Forbidden, InputGroup, Limits, Node, Outcome,
+    Problem, ProblemError, Wire,
+};
+use crate::together::{Groups, Item};
+
+/// What a part can hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartSpec {
+    /// The name of the part, as in `--part NAME=DEVICE`.
+    pub name: String,
+    /// True for programmable logic, false for the CPU, which is the last part.
+    pub is_chip: bool,
+    /// The macrocells of a chip.
+    pub cells: Option<u64>,
+    /// The pins of inputs and macrocells, without clock, supply and programming pins; `None` if macrocells can be without a pin, and for a CPU.
+    pub pins: Option<u64>,
+}
+
+/// An object that the designer places on a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place {
+    /// The object.
+    pub item: Item,
+    /// The part.
+    pub part: PartIndex,
+    /// The source location of the request.
+    pub span: Span,
+}
+
+/// What is minimised among the partitions that fit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Objective {
+    /// The work of the CPU in a reaction, with four cycles for each wire.
+    #[default]
+    Cycles,
+    /// The wires between parts.
+    Pins,
+    /// The macrocells of all chips.
+    Cells,
+}
+
+impl Objective {
+    /// All objectives.
+    pub const ALL: [Objective; 3] = [Objective::Cycles, Objective::Pins, Objective::Cells];
+
+    /// The name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Objective::Cycles => "cycles",
+            Objective::Pins => "pins",
+            Objective::Cells => "cells",
+        }
+    }
+}
+
+/// A partition that the estimates accept.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Partition {
+    /// The part of each group.
+    pub part: Vec<PartIndex>,
+    /// The owner of each object.
+    pub owners: Owners,
+    /// The objective, and what each constraint uses.
+    pub evaluation: Evaluation,
+    /// A value that no partition within the estimates is below; the value itself if this is the optimum.
+    pub bound: i64,
+    /// For each group, what it would cost to move it alone to each other part.
+    pub alternatives: Vec<Vec<Alternative>>,
+}
+
+/// Why there is no partition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unplaced {
+    /// Two objects of one group are placed on different parts.
+    Places(Place, Place),
+    /// An object is placed on a chip, but only a CPU can have it.
+    NeedsCpu(Place, &'static str),
+    /// Constraints that exclude each other.
+    Conflict(Conflict),
+    /// The search reached its limit without a partition.
+    Unknown,
+    /// The problem is too large or malformed.
+    Malformed(ProblemError),
+}
+
+/// The best partition within the estimates that is not excluded.
+///
+/// # Errors
+/// Why there is none.
+pub fn partition(
+    net: &Net,
+    groups: &Groups,
+    parts: &[PartSpec],
+    places: &[Place],
+    objective: Objective,
+    excluded: &[Forbidden],
+) -> Result<Partition, Unplaced> {
+    let problem = problem(net, groups, parts, places, objective, excluded)?;
+    let outcome = solve::solve(&problem, &Limits::default(), None).map_err(Unplaced::Malformed)?;
+    let (part, bound) = match outcome {
+        Outcome::Optimal { assignment, value } => (assignment, value),
+        Outcome::Best { assignment, bound, .. } => (assignment, bound),
+        Outcome::Infeasible { conflict } => return Err(Unplaced::Conflict(conflict)),
+        Outcome::Unknown { .. } => return Err(Unplaced::Unknown),
+    };
+    let evaluation = solve::evaluate(&problem, &part).map_err(Unplaced::Malformed)?;
+    let alternatives = solve::alternatives(&problem, &part).map_err(Unplaced::Malformed)?;
+    Ok(Partition { owners: owners(net, groups, &part), part, evaluation, bound, alternatives })
+}
+
+/// The owners of all objects when each group is on its part.
+#[must_use]
+pub fn owners(net: &Net, groups: &Groups, part: &[PartIndex]) -> Owners {
+    let of =
+        |item: Item| groups.of.get(&item).and_then(|group| part.get(*group)).copied().unwrap_or(0);
+    Owners {
+        steps: IdMap::build(&net.steps, |id, _| of(Item::Step(id))),
+        transitions: IdMap::build(&net.transitions, |id, _| of(Item::Transition(id))),
+        vars: IdMap::build(&net.vars, |id, _| of(Item::Var(id))),
+        actions: IdMap::build(&net.actions, |id, _| of(Item::Action(id))),
+        outputs: IdMap::build(&net.outputs, |id, _| of(Item::Output(id))),
+    }
+}
+
+/// The partition problem of a net.
+///
+/// # Errors
+/// Places that contradict each other or the rules.
+pub fn problem(
+    net: &Net,
+    groups: &Groups,
+    parts: &[PartSpec],
+    places: &[Place],
+    objective: Objective,
+    excluded: &[Forbidden],
+) -> Result<Problem, Unplaced> {
+    let mut placed: BTreeMap<usize, Place> = BTreeMap::new();
+    for place in places {
+        let Some(group) = groups.of.get(&place.item) else { continue };
+        if let Some((_, why)) = groups.cpu_only.get(group)
+            && parts.get(place.part).is_some_and(|part| part.is_chip)
+        {
+            return Err(Unplaced::NeedsCpu(*place, why));
+        }
+        match placed.get(group) {
+            Some(other) if other.part != place.part => {
+                return Err(Unplaced::Places(*other, *place));
+            }
+            Some(_) | None => {
+                placed.insert(*group, *place);
+            }
+        }
+    }
+    let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
+        let (cells, cycles) = (cells(net, items), cycles(net, items));
+        let choices = parts.iter().enumerate().map(|(part, spec)| {
+            let elsewhere = placed.get(&at).is_some_and(|place| place.part != part);
+            if elsewhere || spec.is_chip && groups.cpu_only.contains_key(&at) {
+                return None;
+            }
+            let cost = match objective {
+                Objective::Cycles if !spec.is_chip => cycles,
+                Objective::Cells if spec.is_chip => cells,
+                Objective::Cycles | Objective::Pins | Objective::Cells => 0,
+            };
+            let uses = vec![if spec.is_chip { cells.unsigned_abs() } else { 0 }];
+            Some(Choice { cost, uses })
+        });
+        Node { choices: choices.collect() }
+    });
+    let capacity = |spec: &PartSpec| solve::Part { capacities: vec![spec.cells], pins: spec.pins };
+    Ok(Problem {
+        parts: parts.iter().map(capacity).collect(),
+        nodes: nodes.collect(),
+        wires: wires(net, groups, objective),
+        inputs: pins(net, groups),
+        together: Vec::new(),
+        forbidden: excluded.to_vec(),
+    })
+}
+
+/// What the objects of a group read: steps and inputs, through edges and timers too.
+#[derive(Default)]
+struct Reads {
+    steps: BTreeSet<StepId>,
+    inputs: BTreeSet<InputId>,
+}
+
+impl Reads {
+    fn of(net: &Net, items: &[Item]) -> Reads {
+        let mut reads = Reads::default();
+        for item in items {
+            exprs(net, *item).into_iter().for_each(|expr| reads.add(net, expr));
+            match *item {
+                Item::Step(id) => {
+                    reads.steps.insert(id);
+                }
+                Item::Transition(id) => {
+                    reads.steps.extend(&net.transitions[id].requires);
+                    reads.inputs.extend(&net.transitions[id].events);
+                }
+                Item::Action(id) => {
+                    reads.steps.extend(net.actions[id].uses.iter().map(|one| one.step));
+                }
+                Item::Output(id) => match &net.outputs[id].driver {
+                    Driver::Continuous(all) | Driver::Mealy(all) => {
+                        reads.steps.extend(all.iter().map(|one| one.step));
+                    }
+                    Driver::Extern { calls, .. } => {
+                        reads.steps.extend(calls.iter().map(|one| one.step));
+                    }
+                    Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
+                },
+                Item::Var(_) | Item::Event(_) => {}
+            }
+        }
+        reads
+    }
+
+    fn add(&mut self, net: &Net, expr: &Expr) {
+        for leaf in expr.leaves() {
+            match *leaf {
+                Leaf::Input(id) => {
+                    self.inputs.insert(id);
+                }
+                Leaf::Timer(id) => self.add(net, &net.timers[id].condition),
+                Leaf::Rise(id) | Leaf::Fall(id) => self.add(net, &net.edges[id].expr),
+                _ => self.steps.extend(leaf.step()),
+            }
+        }
+    }
+}
+
+/// The expressions of an object.
+fn exprs(net: &Net, item: Item) -> Vec<&Expr> {
+    match item {
+        Item::Step(id) => {
+            let step = &net.steps[id];
+            let tasks = step.tasks.iter().map(|task| &task.body);
+            [&step.entry, &step.exit]
+                .into_iter()
+                .chain(tasks)
+                .flat_map(|list| expressions(list))
+                .collect()
+        }
+        Item::Transition(id) => {
+            let transition = &net.transitions[id];
+            std::iter::once(&transition.guard).chain(expressions(&transition.actions)).collect()
+        }
+        Item::Action(id) => {
+            let action = &net.actions[id];
+            let conditions = action.uses.iter().filter_map(|one| one.condition.as_ref());
+            conditions.chain(expressions(&action.body)).collect()
+        }
+        Item::Output(id) => {
+            let output = &net.outputs[id];
+            let emergency = net.emergency.iter().map(|emergency| &emergency.condition);
+            output.driver.exprs().chain(emergency).collect()
+        }
+        Item::Var(_) | Item::Event(_) => Vec::new(),
+    }
+}
+
+/// One hyperedge for each transition: the groups that have or read a step that it enters or leaves need its wire if they are on another part.
+fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
+    let mut readers: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
+    for (group, items) in groups.groups.iter().enumerate() {
+        for step in Reads::of(net, items).steps {
+            readers.entry(step).or_default().push(group);
+        }
+    }
+    let cost = match objective {
+        Objective::Cycles => 4,
+        Objective::Pins => 1,
+        Objective::Cells => 0,
+    };
+    let wire = |id| {
+        let driver = *groups.of.get(&Item::Transition(id))?;
+        let transition = &net.transitions[id];
+        let touched = transition.requires.iter().copied().chain(following(transition));
+        let all: BTreeSet<usize> =
+            touched.filter_map(|step| readers.get(&step)).flatten().copied().collect();
+        let readers: Vec<usize> = all.into_iter().filter(|group| *group != driver).collect();
+        (!readers.is_empty()).then_some(Wire { driver, readers, cost })
+    };
+    net.transitions.ids().filter_map(wire).collect()
+}
+
+/// The pins for inputs, one for each bit on each part that reads the input, and for macrocells, each of which has a pin that nothing else can use.
+fn pins(net: &Net, groups: &Groups) -> Vec<InputGroup> {
+    let mut readers: BTreeMap<InputId, Vec<usize>> = BTreeMap::new();
+    for (group, items) in groups.groups.iter().enumerate() {
+        for input in Reads::of(net, items).inputs {
+            readers.entry(input).or_default().push(group);
+        }
+    }
+    let mut pins = Vec::new();
+    for (input, readers) in readers {
+        let data = &net.inputs[input];
+        if matches!(data.kind, InputKind::Pin | InputKind::Event) {
+            let pin = InputGroup { readers };
+            pins.extend(std::iter::repeat_n(pin, data.ty.bits() as usize));
+        }
+    }
+    for (group, items) in groups.groups.iter().enumerate() {
+        let pin = InputGroup { readers: vec![group] };
+        pins.extend(std::iter::repeat_n(pin, usize::try_from(cells(net, items)).unwrap_or(0)));
+    }
+    pins
+}
+
+/// The estimated macrocells of a group.
+fn cells(net: &Net, items: &[Item]) -> i64 {
+    let bits = |ty: Type, len: Option<u32>| i64::from(ty.bits()) * i64::from(len.unwrap_or(1));
+    let one = |item: &Item| match *item {
+        Item::Step(_) => 1,
+        Item::Var(id) => bits(net.vars[id].ty, net.vars[id].len),
+        Item::Action(id) => {
+            let action = &net.actions[id];
+            let timed = action.uses.iter().any(|one| one.qualifier.is_timed());
+            let ticks = Type::Int { lo: 0, hi: i64::from(action.duration) };
+            1 + if timed { i64::from(ticks.bits()) } else { 0 }
+        }
+        // An output that is one step's bit can share its macrocell.
+        Item::Output(id) => match &net.outputs[id].driver {
+            Driver::Continuous(all) if all.len() == 1 && all[0].condition.is_none() => 0,
+            Driver::Continuous(_) | Driver::Mealy(_) => 1,
+            Driver::Fires(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => 0,
+        },
+        Item::Transition(_) | Item::Event(_) => 0,
+    };
+    let timers = |item: &Item| -> i64 {
+        let compared = exprs(net, *item).into_iter().flat_map(|expr| expr.compared());
+        let caps = compared.filter(|(leaf, _)| leaf.is_time()).map(|(_, constant)| constant);
+        caps.max().map_or(0, |cap| {
+            i64::from(Type::Int { lo: 0, hi: cap.saturating_add(1).max(1) }.bits())
+        })
+    };
+    items.iter().map(|item| one(item).saturating_add(timers(item))).sum::<i64>().min(1 << 20)
+}
+
+/// The estimated cycles of a group in a reaction of the CPU.
+fn cycles(net: &Net, items: &[Item]) -> i64 {
+    let size = |expr: &Expr| 2 + 3 * expr.leaves().count() as i64;
+    let one = |item: &Item| {
+        let read: i64 = exprs(net, *item).into_iter().map(size).sum();
+        let lists: Vec<&grafsynth_ir::net::Block> = match *item {
+            Item::Step(id) => vec![&net.steps[id].entry, &net.steps[id].exit],
+            Item::Transition(id) => vec![&net.transitions[id].actions],
+            Item::Action(id) => vec![&net.actions[id].body],
+            Item::Var(_) | Item::Output(_) | Item::Event(_) => Vec::new(),
+        };
+        let stored = lists.into_iter().flat_map(|list| statements(list));
+        let stored =
+            stored.filter(|stmt| matches!(stmt.kind, StmtKind::Assign { .. })).count() as i64;
+        let fixed = match *item {
+            Item::Transition(_) => 8,
+            Item::Action(_) => 20,
+            Item::Output(id) => match &net.outputs[id].driver {
+                Driver::Continuous(all) | Driver::Mealy(all) => 2 + 4 * all.len() as i64,
+                Driver::Fires(_)
+                | Driver::Stored(_)
+                | Driver::Controlled(_)
+                | Driver::Extern { .. } => 4,
+            },
+            Item::Step(_) => 2,
+            Item::Var(_) | Item::Event(_) => 0,
+        };
+        fixed + read + 6 * stored
+    };
+    items.iter().map(one).sum::<i64>().min(1 << 20)
+}

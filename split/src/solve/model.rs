@@ -1,0 +1,401 @@
+//! The problem after reduction: what is decided already is gone, and what must be together is one node.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::problem::{NodeIndex, PartIndex, Problem};
+
+/// A set of parts as bits.
+pub(super) type Mask = u32;
+
+/// The parts of a mask, in order.
+pub(super) fn parts_of(mask: Mask) -> impl Iterator<Item = PartIndex> {
+    (0..Mask::BITS as usize).filter(move |&part| mask >> part & 1 == 1)
+}
+
+/// A reduced problem. Its amounts are those of the whole problem: `base` has what is decided.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Model {
+    pub(super) parts: usize,
+    pub(super) resources: usize,
+    /// Left for the free nodes, by part and resource.
+    pub(super) capacity: Vec<Vec<Option<i64>>>,
+    /// Left for the nets, by part.
+    pub(super) pins: Vec<Option<i64>>,
+    /// The cost of what is decided.
+    pub(super) base: i64,
+    pub(super) nodes: Vec<FreeNode>,
+    pub(super) nets: Vec<Net>,
+    /// Decisions of which one must be different; at least two each.
+    pub(super) forbidden: Vec<Vec<(usize, PartIndex)>>,
+    /// For each node of the problem: where it is, or the free node that stands for it.
+    pub(super) origin: Vec<Origin>,
+}
+
+/// What became of a node of the problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Origin {
+    /// It is on this part in any case.
+    Placed(PartIndex),
+    /// It goes where this free node goes.
+    Free(usize),
+}
+
+/// A node that still has a choice.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FreeNode {
+    pub(super) allowed: Mask,
+    /// By part; meaningless where not allowed.
+    pub(super) cost: Vec<i64>,
+    /// By part and resource.
+    pub(super) uses: Vec<Vec<i64>>,
+    pub(super) nets: Vec<usize>,
+    pub(super) forbidden: Vec<usize>,
+}
+
+/// A wire or an input, or several that are alike.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Net {
+    /// Free members, in order; at least one.
+    pub(super) members: Vec<usize>,
+    /// The parts on which a placed member is.
+    pub(super) placed: Mask,
+    /// A pin on each part with a member, cut or not.
+    pub(super) is_input: bool,
+    pub(super) cost: i64,
+    /// How many pins it costs on a part.
+    pub(super) pins: i64,
+}
+
+impl Net {
+    /// The parts on which it has a pin, if its members are on these parts.
+    pub(super) fn pinned(&self, present: Mask) -> Mask {
+        if self.is_input || present.count_ones() > 1 { present } else { 0 }
+    }
+
+    /// Its cost if its members are on these parts.
+    pub(super) fn cost_on(&self, present: Mask) -> i64 {
+        if present.count_ones() > 1 { self.cost } else { 0 }
+    }
+}
+
+impl Model {
+    /// Drops the limits that no placement reaches.
+    fn drop_loose_limits(&mut self) {
+        for part in 0..self.parts {
+            let here = self.nodes.iter().filter(|node| node.allowed >> part & 1 == 1);
+            let most = here.fold(vec![0; self.resources], |mut sums: Vec<i64>, node| {
+                sums.iter_mut().zip(&node.uses[part]).for_each(|(sum, amount)| *sum += amount);
+                sums
+            });
+            for (limit, most) in self.capacity[part].iter_mut().zip(most) {
+                *limit = limit.filter(|&limit| limit < most);
+            }
+            let most: i64 = self.nets.iter().map(|net| net.pins).sum();
+            self.pins[part] = self.pins[part].filter(|&limit| limit < most);
+        }
+    }
+
+    /// The placement of the problem's nodes that a placement of the free nodes means.
+    pub(super) fn expand(&self, free: &[PartIndex]) -> Vec<PartIndex> {
+        let place = |origin: &Origin| match *origin {
+            Origin::Placed(part) => part,
+            Origin::Free(node) => free[node],
+        };
+        self.origin.iter().map(place).collect()
+    }
+
+    /// The free nodes' parts in a placement of the problem's nodes, with `None` where that is not allowed.
+    pub(super) fn restrict(&self, assignment: &[PartIndex]) -> Vec<Option<PartIndex>> {
+        let mut free = vec![None; self.nodes.len()];
+        for (origin, &part) in self.origin.iter().zip(assignment) {
+            if let Origin::Free(node) = *origin
+                && self.nodes[node].allowed >> part & 1 == 1
+            {
+                free[node] = Some(part);
+            }
+        }
+        free
+    }
+}
+
+/// Reduces a problem; `None` if it obviously has no solution.
+///
+/// Merges what must be together, removes parts on which a node alone does not fit or which are forbidden to it, places nodes with one part left and nodes
+/// for which one part is best whatever the others do, and merges nets with the same members.
+pub(super) fn reduce(problem: &Problem) -> Option<Model> {
+    let mut work = Work::merged(problem);
+    work.settle(problem)?;
+    let mut model = work.finish(problem);
+    let mut left = model.capacity.iter().flatten().chain(&model.pins);
+    if left.any(|left| left.is_some_and(|left| left < 0)) {
+        return None;
+    }
+    model.drop_loose_limits();
+    Some(model)
+}
+
+/// The problem with only the merging of what must be together: each node is free, even if it has one part.
+pub(super) fn whole(problem: &Problem) -> Model {
+    Work::merged(problem).finish(problem)
+}
+
+/// Classes of nodes, and how far they are decided.
+struct Work {
+    /// The class of each node.
+    class: Vec<usize>,
+    classes: Vec<FreeNode>,
+    /// Open sets: class and part, of which one must be different.
+    forbidden: Vec<BTreeSet<(usize, PartIndex)>>,
+    /// Nets by members and kind, with cost and pins.
+    nets: BTreeMap<(Vec<usize>, bool), (i64, i64)>,
+    /// What the placed classes use, by part and resource.
+    used: Vec<Vec<i64>>,
+    placed: Vec<bool>,
+}
+
+impl Work {
+    fn merged(problem: &Problem) -> Self {
+        let class = classes(problem);
+        let count = class.iter().max().map_or(0, |last| last + 1);
+        let (parts, resources) = (problem.parts.len(), problem.resources());
+        let all = (1 << parts) - 1;
+        let mut classes = vec![
+            FreeNode {
+                allowed: all,
+                cost: vec![0; parts],
+                uses: vec![vec![0; resources]; parts],
+                ..FreeNode::default()
+            };
+            count
+        ];
+        for (node, &class) in problem.nodes.iter().zip(&class) {
+            let into = &mut classes[class];
+            for (part, choice) in node.choices.iter().enumerate() {
+                let Some(choice) = choice else {
+                    into.allowed &= !(1 << part);
+                    continue;
+                };
+                into.cost[part] += choice.cost;
+                for (sum, &amount) in into.uses[part].iter_mut().zip(&choice.uses) {
+                    *sum += amount.cast_signed();
+                }
+            }
+        }
+        let mut forbidden = Vec::new();
+        for set in &problem.forbidden {
+            let set: BTreeSet<_> =
+                set.decisions().iter().map(|&(node, part)| (class[node], part)).collect();
+            // One class on two parts: some decision is always different.
+            let mut nodes: Vec<_> = set.iter().map(|&(node, _)| node).collect();
+            nodes.dedup();
+            if nodes.len() == set.len() {
+                forbidden.push(set);
+            }
+        }
+        let placed = vec![false; count];
+        let nets = nets(problem, &class);
+        Self { class, classes, forbidden, nets, used: vec![vec![0; resources]; parts], placed }
+    }
+
+    /// Repeats the reductions until none applies.
+    fn settle(&mut self, problem: &Problem) -> Option<()> {
+        let mut in_net = vec![false; self.classes.len()];
+        for (members, _) in self.nets.keys() {
+            members.iter().for_each(|&member| in_net[member] = true);
+        }
+        loop {
+            let mut is_changed = self.settle_forbidden()?;
+            let mut in_set = in_net.clone();
+            self.forbidden.iter().flatten().for_each(|&(class, _)| in_set[class] = true);
+            for (class, is_bound) in in_set.into_iter().enumerate() {
+                if self.placed[class] {
+                    continue;
+                }
+                is_changed |= self.remove_parts_too_small(problem, class);
+                if !is_bound && let Some(best) = self.best_alone(problem, class) {
+                    self.classes[class].allowed = 1 << best;
+                }
+                match self.classes[class].allowed.count_ones() {
+                    0 => return None,
+                    1 => {
+                        is_changed = true;
+                        self.placed[class] = true;
+                        let part = self.classes[class].allowed.trailing_zeros() as usize;
+                        for (sum, amount) in
+                            self.used[part].iter_mut().zip(&self.classes[class].uses[part])
+                        {
+                            *sum += amount;
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if !is_changed {
+                return Some(());
+            }
+        }
+    }
+
+    /// Removes decided decisions from the forbidden sets. `None` if all decisions of a set are made.
+    fn settle_forbidden(&mut self) -> Option<bool> {
+        let mut is_changed = false;
+        let mut open = Vec::new();
+        for mut set in std::mem::take(&mut self.forbidden) {
+            if set.iter().any(|&(class, part)| self.classes[class].allowed >> part & 1 == 0) {
+                continue;
+            }
+            set.retain(|&(class, _)| self.classes[class].allowed.count_ones() > 1);
+            match (set.len(), set.first()) {
+                (1, Some(&(class, part))) => {
+                    self.classes[class].allowed &= !(1 << part);
+                    is_changed = true;
+                }
+                (0, _) => return None,
+                _ => open.push(set),
+            }
+        }
+        self.forbidden = open;
+        Some(is_changed)
+    }
+
+    fn remove_parts_too_small(&mut self, problem: &Problem, class: usize) -> bool {
+        let before = self.classes[class].allowed;
+        for part in parts_of(before) {
+            let room = problem.parts[part].capacities.iter().zip(&self.used[part]);
+            let fits = |(amount, (capacity, used)): (&i64, (&Option<u64>, &i64))| {
+                capacity.is_none_or(|capacity| used + amount <= signed(capacity))
+            };
+            if !self.classes[class].uses[part].iter().zip(room).all(fits) {
+                self.classes[class].allowed &= !(1 << part);
+            }
+        }
+        self.classes[class].allowed != before
+    }
+
+    /// The part that costs least for a class without nets, if it uses nothing there that is limited.
+    fn best_alone(&self, problem: &Problem, class: usize) -> Option<PartIndex> {
+        let node = &self.classes[class];
+        let best = parts_of(node.allowed).min_by_key(|&part| node.cost[part])?;
+        let is_free = |(amount, capacity): (&i64, &Option<u64>)| *amount == 0 || capacity.is_none();
+        node.uses[best].iter().zip(&problem.parts[best].capacities).all(is_free).then_some(best)
+    }
+
+    fn finish(mut self, problem: &Problem) -> Model {
+        let parts = problem.parts.len();
+        let mut model = Model { parts, resources: problem.resources(), ..Model::default() };
+        for (part, used) in problem.parts.iter().zip(&self.used) {
+            let left: Vec<_> = part
+                .capacities
+                .iter()
+                .zip(used)
+                .map(|(capacity, used)| capacity.map(|capacity| signed(capacity) - used))
+                .collect();
+            model.capacity.push(left);
+            model.pins.push(part.pins.map(signed));
+        }
+        let mut free = vec![0; self.classes.len()];
+        let mut places = Vec::new();
+        for (class, node) in self.classes.iter_mut().enumerate() {
+            if self.placed[class] {
+                let part = node.allowed.trailing_zeros() as usize;
+                model.base += node.cost[part];
+                places.push(Origin::Placed(part));
+            } else {
+                free[class] = model.nodes.len();
+                places.push(Origin::Free(model.nodes.len()));
+                model.nodes.push(std::mem::take(node));
+            }
+        }
+        model.origin = self.class.iter().map(|&class| places[class]).collect();
+        self.add_nets(&mut model, &places);
+        for set in &self.forbidden {
+            set.iter().for_each(|&(class, _)| {
+                model.nodes[free[class]].forbidden.push(model.forbidden.len())
+            });
+            model.forbidden.push(set.iter().map(|&(class, part)| (free[class], part)).collect());
+        }
+        model
+    }
+
+    /// Adds the nets that still depend on a free node; the others become part of what is decided.
+    fn add_nets(&self, model: &mut Model, places: &[Origin]) {
+        let mut merged: BTreeMap<(Vec<usize>, Mask, bool), (i64, i64)> = BTreeMap::new();
+        for ((members, is_input), &(cost, pins)) in &self.nets {
+            let mut placed = 0;
+            let mut open = Vec::new();
+            for &member in members {
+                match places[member] {
+                    Origin::Placed(part) => placed |= 1 << part,
+                    Origin::Free(node) => open.push(node),
+                }
+            }
+            let sums = merged.entry((open, placed, *is_input)).or_default();
+            sums.0 += cost;
+            sums.1 += pins;
+        }
+        for ((members, placed, is_input), (cost, pins)) in merged {
+            let net = Net { members, placed, is_input, cost, pins };
+            if net.members.is_empty() {
+                model.base += net.cost_on(placed);
+                parts_of(net.pinned(placed)).for_each(|part| {
+                    if let Some(left) = &mut model.pins[part] {
+                        *left -= pins;
+                    }
+                });
+            } else if cost > 0 || model.pins.iter().any(Option::is_some) {
+                net.members
+                    .iter()
+                    .for_each(|&member| model.nodes[member].nets.push(model.nets.len()));
+                model.nets.push(net);
+            }
+        }
+    }
+}
+
+/// A capacity as a signed number; the largest ones behave like unlimited.
+pub(super) fn signed(capacity: u64) -> i64 {
+    i64::try_from(capacity).unwrap_or(i64::MAX).min(1 << 60)
+}
+
+/// The class of each node, numbered in order of the first member.
+fn classes(problem: &Problem) -> Vec<usize> {
+    let mut leader: Vec<NodeIndex> = (0..problem.nodes.len()).collect();
+    fn find(leader: &mut [NodeIndex], mut node: NodeIndex) -> NodeIndex {
+        while leader[node] != node {
+            leader[node] = leader[leader[node]];
+            node = leader[node];
+        }
+        node
+    }
+    for set in &problem.together {
+        for pair in set.windows(2) {
+            let (a, b) = (find(&mut leader, pair[0]), find(&mut leader, pair[1]));
+            leader[a.max(b)] = a.min(b);
+        }
+    }
+    let mut numbers = BTreeMap::new();
+    let number = |node| {
+        let next = numbers.len();
+        *numbers.entry(find(&mut leader, node)).or_insert(next)
+    };
+    (0..problem.nodes.len()).map(number).collect()
+}
+
+/// The nets over classes, with the sums of cost and pins of those that are alike.
+fn nets(problem: &Problem, class: &[usize]) -> BTreeMap<(Vec<usize>, bool), (i64, i64)> {
+    let mut nets: BTreeMap<(Vec<usize>, bool), (i64, i64)> = BTreeMap::new();
+    let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| {
+        nodes.map(|node| class[node]).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
+    };
+    for wire in &problem.wires {
+        let members = members(&mut wire.readers.iter().copied().chain([wire.driver]));
+        if members.len() > 1 {
+            let sums = nets.entry((members, false)).or_default();
+            *sums = (sums.0 + wire.cost.cast_signed(), sums.1 + 1);
+        }
+    }
+    for input in problem.inputs.iter().filter(|input| !input.readers.is_empty()) {
+        nets.entry((members(&mut input.readers.iter().copied()), true)).or_default().1 += 1;
+    }
+    nets
+}

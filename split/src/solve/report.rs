@@ -1,0 +1,204 @@
+//! What a placement costs and uses, and what each single move would change.
+
+use super::model::{Origin, parts_of, whole};
+use super::problem::{NodeIndex, PartIndex, Problem, ProblemError};
+use super::state::State;
+
+/// One constraint of a problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Constraint {
+    /// The capacity of a resource of a part.
+    Capacity {
+        /// The part.
+        part: PartIndex,
+        /// The resource.
+        resource: usize,
+    },
+    /// The pins of a part.
+    Pins {
+        /// The part.
+        part: PartIndex,
+    },
+    /// The parts on which a node is allowed, if these are not all parts.
+    Allowed {
+        /// The node.
+        node: NodeIndex,
+    },
+    /// The set with this index in [`Problem::together`].
+    Together {
+        /// The index.
+        set: usize,
+    },
+    /// The set with this index in [`Problem::forbidden`].
+    Forbidden {
+        /// The index.
+        set: usize,
+    },
+}
+
+/// How much of a capacity or of the pins a placement uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Usage {
+    /// [`Constraint::Capacity`] or [`Constraint::Pins`].
+    pub constraint: Constraint,
+    /// What is used.
+    pub used: u64,
+    /// What there is; `None` is unlimited.
+    pub capacity: Option<u64>,
+}
+
+impl Usage {
+    /// Whether there is enough.
+    pub fn fits(&self) -> bool {
+        self.capacity.is_none_or(|capacity| self.used <= capacity)
+    }
+}
+
+/// What a placement costs and uses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Evaluation {
+    /// The objective. A node on a part where it is not allowed counts as 0.
+    pub value: i64,
+    /// All capacities, part by part, and then the pins of the parts.
+    pub usage: Vec<Usage>,
+    /// The constraints that the placement breaks; empty if it is feasible.
+    pub broken: Vec<Constraint>,
+}
+
+/// Computes what a placement costs and uses, straight from the definition.
+///
+/// # Errors
+/// [`ProblemError`] if the problem or the placement is malformed.
+pub fn evaluate(problem: &Problem, assignment: &[PartIndex]) -> Result<Evaluation, ProblemError> {
+    problem.check()?;
+    problem.check_assignment(assignment)?;
+    Ok(evaluate_checked(problem, assignment))
+}
+
+pub(super) fn evaluate_checked(problem: &Problem, assignment: &[PartIndex]) -> Evaluation {
+    let mut value = 0;
+    let mut broken = Vec::new();
+    let mut used = vec![vec![0; problem.resources()]; problem.parts.len()];
+    let mut pins = vec![0; problem.parts.len()];
+    for (index, (node, &part)) in problem.nodes.iter().zip(assignment).enumerate() {
+        let Some(choice) = &node.choices[part] else {
+            broken.push(Constraint::Allowed { node: index });
+            continue;
+        };
+        value += choice.cost;
+        used[part].iter_mut().zip(&choice.uses).for_each(|(sum, amount)| *sum += amount);
+    }
+    let parts_with = |nodes: &mut dyn Iterator<Item = &NodeIndex>| {
+        nodes.fold(0, |mask, &node| mask | 1 << assignment[node])
+    };
+    for wire in &problem.wires {
+        let present: u32 = parts_with(&mut wire.readers.iter().chain([&wire.driver]));
+        if present.count_ones() > 1 {
+            value += wire.cost.cast_signed();
+            parts_of(present).for_each(|part| pins[part] += 1);
+        }
+    }
+    for input in &problem.inputs {
+        parts_of(parts_with(&mut input.readers.iter())).for_each(|part| pins[part] += 1);
+    }
+    let usage = usage(problem, &used, &pins);
+    broken.extend(usage.iter().filter(|usage| !usage.fits()).map(|usage| usage.constraint));
+    for (set, nodes) in problem.together.iter().enumerate() {
+        if nodes.windows(2).any(|pair| assignment[pair[0]] != assignment[pair[1]]) {
+            broken.push(Constraint::Together { set });
+        }
+    }
+    for (set, forbidden) in problem.forbidden.iter().enumerate() {
+        if forbidden.decisions().iter().all(|&(node, part)| assignment[node] == part) {
+            broken.push(Constraint::Forbidden { set });
+        }
+    }
+    Evaluation { value, usage, broken }
+}
+
+fn usage(problem: &Problem, used: &[Vec<u64>], pins: &[u64]) -> Vec<Usage> {
+    let mut usage = Vec::new();
+    for (part, (limits, used)) in problem.parts.iter().zip(used).enumerate() {
+        for (resource, (&capacity, &used)) in limits.capacities.iter().zip(used).enumerate() {
+            usage.push(Usage {
+                constraint: Constraint::Capacity { part, resource },
+                used,
+                capacity,
+            });
+        }
+    }
+    for (part, (limits, &used)) in problem.parts.iter().zip(pins).enumerate() {
+        usage.push(Usage { constraint: Constraint::Pins { part }, used, capacity: limits.pins });
+    }
+    usage
+}
+
+/// What moving one node, with those that must be together with it, to a part would mean.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Alternative {
+    /// It is there already.
+    Current,
+    /// It, or a node that must be together with it, is not allowed there.
+    NotAllowed,
+    /// It fits, and the objective becomes this.
+    Value(i64),
+    /// It does not fit: these constraints would be broken.
+    DoesNotFit(Vec<Usage>),
+    /// It fits, but a forbidden set would be met.
+    Forbidden,
+}
+
+/// For each node and part, what moving only this node there would mean.
+///
+/// # Errors
+/// [`ProblemError`] if the problem or the placement is malformed.
+pub fn alternatives(
+    problem: &Problem,
+    assignment: &[PartIndex],
+) -> Result<Vec<Vec<Alternative>>, ProblemError> {
+    problem.check()?;
+    problem.check_assignment(assignment)?;
+    let model = whole(problem);
+    let mut placed = vec![0; model.nodes.len()];
+    for (origin, &part) in model.origin.iter().zip(assignment) {
+        if let Origin::Free(class) = *origin {
+            placed[class] = part;
+        }
+    }
+    let mut state = State::new(&model, placed);
+    let usage = evaluate_checked(problem, assignment).usage;
+    let mut classes = Vec::new();
+    for (class, node) in model.nodes.iter().enumerate() {
+        let from = state.part[class];
+        let of_part = |part| match (from == part, node.allowed >> part & 1 == 1) {
+            (true, _) => Alternative::Current,
+            (false, false) => Alternative::NotAllowed,
+            (false, true) => {
+                state.apply(class, part, |_| ());
+                let alternative = moved(&state, &usage);
+                state.apply(class, from, |_| ());
+                alternative
+            }
+        };
+        classes.push((0..model.parts).map(of_part).collect::<Vec<_>>());
+    }
+    let of_node = |origin: &Origin| match *origin {
+        Origin::Free(class) => classes[class].clone(),
+        Origin::Placed(_) => Vec::new(),
+    };
+    Ok(model.origin.iter().map(of_node).collect())
+}
+
+/// What the state after a move is.
+fn moved(state: &State, usage: &[Usage]) -> Alternative {
+    let after = state
+        .uses()
+        .zip(usage)
+        .map(|((_, used), usage)| Usage { used: used.cast_unsigned(), ..*usage });
+    let broken: Vec<_> = after.filter(|usage| !usage.fits()).collect();
+    match (broken.is_empty(), state.excess) {
+        (false, _) => Alternative::DoesNotFit(broken),
+        (true, 0) => Alternative::Value(state.value),
+        (true, _) => Alternative::Forbidden,
+    }
+}
