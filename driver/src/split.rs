@@ -21,9 +21,10 @@ use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest};
 use grafsynth_ir::division::Division;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Leaf, Net};
+use grafsynth_ir::net::{Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Valid, counted};
 pub use grafsynth_split::partition::Place;
+use grafsynth_split::codes::APART;
 use grafsynth_split::partition::Unplaced;
 use grafsynth_split::solve::{Conflict, Constraint, Forbidden};
 use grafsynth_split::{Groups, PartSpec, Partition, divide, partition, together};
@@ -250,7 +251,7 @@ fn unplaced(
                 part(other.part),
                 chain.join(", ")
             );
-            Diagnostic::error(codes::NO_PARTITION, message).help("remove one of the places")
+            Diagnostic::error(APART, message).help("remove one of the places")
         }
         Unplaced::NeedsCpu(place, reason) => {
             let message = format!(
@@ -356,6 +357,17 @@ pub fn item(net: &Net, text: &str) -> Option<Item> {
             .map(|(id, _)| ("action", Item::Action(id))),
     );
     all.into_iter().find(|(word, _)| is(word)).map(|(_, item)| item)
+}
+
+/// The object of a placement of the chart.
+#[must_use]
+pub fn placed_item(item: PlacedItem) -> Item {
+    match item {
+        PlacedItem::Step(id) => Item::Step(id),
+        PlacedItem::Var(id) => Item::Var(id),
+        PlacedItem::Transition(id) => Item::Transition(id),
+        PlacedItem::Output(id) => Item::Output(id),
+    }
 }
 
 /// The names that [`item`] knows, for a suggestion.

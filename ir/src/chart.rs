@@ -5,7 +5,7 @@
 //! declaration order of semantics.md §1.
 
 use crate::expr::{Expr as GenericExpr, Type};
-use crate::net::{Meta, Policy, Qualifier, Schedule, Sharing, Side, Verbatim};
+use crate::net::{Meta, Policy, Qualifier, Schedule, Sharing, Verbatim};
 use crate::span::{Name, Span};
 
 /// An expression whose leaves are still names.
@@ -575,8 +575,8 @@ pub struct Emergency {
 pub struct Place {
     /// The items to place.
     pub items: Vec<Path>,
-    /// The side to place them on.
-    pub side: Side,
+    /// The name of the part of a split to place them on.
+    pub part: Name,
     /// Source location.
     pub span: Span,
 }

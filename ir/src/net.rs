@@ -23,7 +23,7 @@ pub use behaviour::{
 };
 pub use remarks::{
     Board, MacroStep, OpenCell, PlacedItem, Placement, Property, PropertyExpr, PropertyLeaf,
-    PropertyRole, Side, Unspecified,
+    PropertyRole, Unspecified,
 };
 pub use texts::{is_c, without_c_texts};
 

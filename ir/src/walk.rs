@@ -93,9 +93,10 @@ impl Driver {
     pub fn exprs(&self) -> impl Iterator<Item = &Expr> {
         let emissions = match self {
             Driver::Continuous(emissions) | Driver::Mealy(emissions) => emissions.as_slice(),
-            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) | Driver::Extern { .. } => {
-                &[]
-            }
+            Driver::Fires(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_)
+            | Driver::Extern { .. } => &[],
         };
         let calls = if let Driver::Extern { calls, .. } = self { calls.as_slice() } else { &[] };
         let conditions = emissions.iter().filter_map(|emission| emission.condition.as_ref());

@@ -8,6 +8,7 @@ use crate::files;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::progress;
+use grafsynth_driver::codes;
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
@@ -36,7 +37,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         Some(path) => partition_file(session, path)?,
     };
     let parts = parts(arguments, &written)?;
-    let places = places(net, arguments, &written, &parts)?;
+    let places = places(session, net, arguments, &written, &parts)?;
     let stem = FileStem::of_path(file).unwrap_or_else(|| FileStem::of_name(&net.name.text));
     let made_of = session.made_of();
     let options = options(arguments, &stem);
@@ -133,15 +134,17 @@ fn finish(
 fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String {
     let owners = &split.division.owners;
     let steps = net.steps.ids().filter(|id| owners.steps[*id] == at).count();
+    let copies = split.division.parts[at].steps.len().saturating_sub(steps);
     let transitions = net.transitions.ids().filter(|id| owners.transitions[*id] == at).count();
     let out = split.division.wires.iter().filter(|wire| wire.from == at).count();
     let into =
         split.division.wires.iter().filter(|wire| wire.to.iter().any(|(to, _)| *to == at)).count();
     format!(
-        "{} on {}: {}, {}, {} out, {into} in\n",
+        "{} on {}: {} and {}, {}, {} out, {into} in\n",
         parts[at].name,
         parts[at].device.name(),
         counted(steps, "step", "steps"),
+        counted(copies, "copy", "copies"),
         counted(transitions, "transition", "transitions"),
         counted(out, "wire", "wires"),
     )
@@ -232,8 +235,9 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
     Ok(parts)
 }
 
-/// The places of the partition file and of the options.
+/// The places of the chart, of the partition file and of the options.
 fn places(
+    session: &Session,
     net: &Net,
     arguments: &Arguments,
     written: &split::Written,
@@ -245,15 +249,52 @@ fn places(
         all.push((item.clone(), part.clone(), format!("{file}:{line}: ")));
     }
     for text in &arguments.place {
-        let Some((names, part)) = text.rsplit_once('=') else {
+        // `a,b=chip,c=cpu`: the names before each `=` are placed on the part after it.
+        let mut names: Vec<&str> = Vec::new();
+        for piece in text.split(',') {
+            match piece.rsplit_once('=') {
+                None => names.push(piece),
+                Some((name, part)) => {
+                    names.push(name);
+                    let placed = names.drain(..);
+                    all.extend(placed.map(|name| {
+                        (name.trim().to_owned(), part.trim().to_owned(), String::new())
+                    }));
+                }
+            }
+        }
+        if !names.is_empty() {
             return Err(Stop::Usage(format!("expected --place NAMES=PART, found `{text}`")));
-        };
-        for name in names.split(',') {
-            all.push((name.trim().to_owned(), part.trim().to_owned(), String::new()));
         }
     }
     let mut places = Vec::new();
     let mut wrong = Vec::new();
+    let mut found = Vec::new();
+    let near_part = |part: &str| did_you_mean(part, parts.iter().map(|it| it.name.as_str()));
+    for placement in &net.placements {
+        let part = parts.iter().position(|it| it.name == placement.part.text);
+        match part {
+            Some(part) => places.push(Place {
+                item: split::placed_item(placement.item),
+                part,
+                span: placement.span,
+            }),
+            None => {
+                let name = &placement.part.text;
+                let message = format!("unknown part `{name}`{}", near_part(name));
+                let known: Vec<&str> = parts.iter().map(|it| it.name.as_str()).collect();
+                found.push(
+                    grafsynth_ir::Diagnostic::error(codes::NO_PARTITION, message)
+                        .at(placement.part.span, "")
+                        .help(format!("the parts are {}", known.join(", "))),
+                );
+            }
+        }
+    }
+    if !found.is_empty() {
+        session.show(&found);
+        return Err(Stop::Errors);
+    }
     for (name, part, at) in all {
         let item = split::item(net, &name);
         if item.is_none() {
@@ -264,8 +305,7 @@ fn places(
         }
         let found = parts.iter().position(|it| it.name == part);
         if found.is_none() {
-            let near = did_you_mean(&part, parts.iter().map(|it| it.name.as_str()));
-            wrong.push(format!("{at}unknown part `{part}`{near}"));
+            wrong.push(format!("{at}unknown part `{part}`{}", near_part(&part)));
         }
         if let (Some(item), Some(part)) = (item, found) {
             places.push(Place { item, part, span: Span::default() });

@@ -468,7 +468,7 @@ impl Writer<'_> {
             let path = self.bodies.path(name, root);
             items.push(Item::Place(Place {
                 items: vec![path],
-                side: placement.side,
+                part: placement.part.clone(),
                 span: placement.span,
             }));
         }

@@ -7,7 +7,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::diag::{Diagnostic, ErrorReported, nearest};
 use grafsynth_ir::expr::{ExprKind, Type};
-use grafsynth_ir::net::{Meta, Side};
+use grafsynth_ir::net::Meta;
 use grafsynth_ir::{Name, Span};
 
 use super::parser::{Parse, Parser, Separators, short};
@@ -617,8 +617,8 @@ impl Parser<'_> {
             }
         }
         self.expect_word("on")?;
-        let side = self.choice("side", &[("chip", Side::Chip), ("cpu", Side::Cpu)])?;
-        Ok(Place { items, side, span: self.span_from(start) })
+        let part = self.name("the name of a part")?;
+        Ok(Place { items, part, span: self.span_from(start) })
     }
 
     /// Parses `device gal22v10 { clock 1  m 2  n[0] 3 }`.

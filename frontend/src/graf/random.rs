@@ -2,7 +2,7 @@
 
 use grafsynth_ir::chart::*;
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind, Type};
-use grafsynth_ir::net::{Meta, Policy, Qualifier, SHARINGS, Schedule, Side, Verbatim};
+use grafsynth_ir::net::{Meta, Policy, Qualifier, SHARINGS, Schedule, Verbatim};
 use grafsynth_ir::{Name, Span};
 
 /// Random choices.
@@ -528,7 +528,7 @@ fn item(r: &mut Random, depth: usize) -> Item {
                 let items = (0..1 + r.below(3)).map(|_| step_path(r)).collect();
                 Item::Place(Place {
                     items,
-                    side: r.pick(&[Side::Chip, Side::Cpu]),
+                    part: name(r.pick(&["chip", "cpu", "big chip"])),
                     span: Span::default(),
                 })
             } else {

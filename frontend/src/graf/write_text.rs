@@ -7,7 +7,7 @@ use grafsynth_ir::chart::{
     Transition, Use,
 };
 use grafsynth_ir::expr::{ExprKind, Type};
-use grafsynth_ir::net::{Meta, Qualifier, Side};
+use grafsynth_ir::net::{Meta, Qualifier};
 use itertools::Itertools as _;
 
 use super::names::{self, Position};
@@ -331,11 +331,8 @@ pub(crate) fn macro_step(step: &MacroStep) -> String {
 
 pub(crate) fn place_text(place: &Place) -> String {
     let items = place.items.iter().map(|item| names::path(item, Position::Anywhere));
-    let side = match place.side {
-        Side::Chip => "chip",
-        Side::Cpu => "cpu",
-    };
-    format!("place {} on {side}", items.format(", "))
+    let part = names::name(&place.part.text, Position::Anywhere);
+    format!("place {} on {part}", items.format(", "))
 }
 
 /// The position of the name with this index in a list after a keyword or sign: only the first may be read as a clause.

@@ -389,7 +389,7 @@ impl<'a> Expansion<'_, 'a> {
             self.lowering.report(
                 Diagnostic::error(
                     codes::NOT_YET,
-                    "`deadline` is not supported: designs are not partitioned between chip and CPU yet",
+                    "`deadline` is not supported: a split does not check deadlines yet",
                 )
                 .at(source.meta.span, "has no effect")
                 .help("remove it; `build --target c --report` shows the worst-case time of a reaction"),

@@ -36,15 +36,6 @@ pub(super) fn placement(lowering: &mut Lowering<'_>) {
 }
 
 fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
-    let (side, span) = (source.side, source.span);
-    lowering.report(
-        Diagnostic::error(
-            codes::NOT_YET,
-            "`place` is not supported: designs are not partitioned between chip and CPU yet",
-        )
-        .at(span, "has no effect")
-        .help("remove it; `build` generates the whole design for the selected target"),
-    );
     for path in &source.items {
         let items: Vec<PlacedItem> = match lowering.symbol(scope, path) {
             Ok(Symbol::Step(step)) => vec![PlacedItem::Step(step)],
@@ -69,8 +60,8 @@ fn place(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart::Place) {
         };
         lowering.net.placements.extend(items.into_iter().map(|item| Placement {
             item,
-            side,
-            span,
+            part: source.part.clone(),
+            span: source.span,
         }));
     }
 }

@@ -85,8 +85,8 @@ pub struct MacroStep {
 pub struct Placement {
     /// The step, variable, transition or output to place.
     pub item: PlacedItem,
-    /// The requested side.
-    pub side: Side,
+    /// The name of the requested part, as in `--part NAME=DEVICE`.
+    pub part: Name,
     /// Source location.
     pub span: Span,
 }
@@ -99,15 +99,6 @@ pub enum PlacedItem {
     Var(VarId),
     Transition(TransitionId),
     Output(OutputId),
-}
-
-/// The two sides of a partition.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Side {
-    /// Programmable logic.
-    Chip,
-    /// The microcontroller.
-    Cpu,
 }
 
 /// Pins and device of one board.

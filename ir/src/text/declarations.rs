@@ -670,14 +670,9 @@ impl Parser<'_> {
             PlacedItem::Output(self.output_ref()?)
         };
         self.expect("on")?;
-        let side = if self.eat("chip") {
-            Side::Chip
-        } else {
-            self.expect("cpu")?;
-            Side::Cpu
-        };
+        let part = self.name()?;
         let span = start.to(self.before());
-        self.net_mut().placements.push(Placement { item, side, span });
+        self.net_mut().placements.push(Placement { item, part, span });
         Ok(())
     }
 }

@@ -76,6 +76,7 @@ impl Net {
             named(&mut item.name, &mut item.meta);
         }
         for item in &mut net.placements {
+            name(&mut item.part);
             item.span = Span::default();
         }
         net.board.device.iter_mut().for_each(name);

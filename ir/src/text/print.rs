@@ -295,11 +295,7 @@ impl Printer<'_> {
                 PlacedItem::Transition(id) => format!("transition {}", self.transition(id)),
                 PlacedItem::Output(id) => format!("output {}", self.output(id)),
             };
-            let side = match placement.side {
-                Side::Chip => "chip",
-                Side::Cpu => "cpu",
-            };
-            put!(self, "place {item} on {side}\n");
+            put!(self, "place {item} on {}\n", named(&placement.part.text));
         }
         if let Some(device) = &net.board.device {
             put!(self, "device {}\n", named(&device.text));

@@ -394,11 +394,8 @@ fn boards_and_places_name_what_is_there() {
         ],
         span: span(),
     });
-    let place = Item::Place(Place {
-        items: vec![path("p"), path("zz")],
-        side: crate::net::Side::Chip,
-        span: span(),
-    });
+    let place =
+        Item::Place(Place { items: vec![path("p"), path("zz")], part: name("chip"), span: span() });
     let found = findings(vec![
         vec![single()],
         inputs("m"),
@@ -410,7 +407,6 @@ fn boards_and_places_name_what_is_there() {
             "G0228 pin 2 is assigned to both `m` and `R`",
             "G0201 unknown name `Q`",
             "G0228 `m` has two pins",
-            "G0255 `place` is not supported: designs are not partitioned between chip and CPU yet",
             "G0201 unknown name `zz`"
         ]
     );

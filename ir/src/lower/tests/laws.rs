@@ -6,7 +6,7 @@ use crate::chart::*;
 use crate::diag::any_error;
 use crate::expr::{ArithOp, CompareOp, ExprKind, Type};
 use crate::lower::{TaskCosts, dump_after, lower, passes};
-use crate::net::{Policy, Qualifier, Side};
+use crate::net::{Policy, Qualifier};
 use crate::text;
 use proptest::prelude::*;
 
@@ -202,7 +202,7 @@ fn any_item() -> impl Strategy<Value = Item> {
         1 => any_expr().prop_map(|condition| declare("T2", DeclarationKind::Timer { condition })),
         1 => any_expr().prop_map(|init| declare("w", DeclarationKind::Var { ty: int(0, 3), len: Some(3), init: vec![init] })),
         1 => any_expr().prop_map(|expr| Item::Property(assert_never(expr))),
-        1 => any_name().prop_map(|text| Item::Place(Place { items: vec![path(text)], side: Side::Chip, span: span() })),
+        1 => any_name().prop_map(|text| Item::Place(Place { items: vec![path(text)], part: name("chip"), span: span() })),
         1 => any_name().prop_map(|body| macro_step("m", body)),
         1 => any_use().prop_map(Item::Use),
     ];
