@@ -11,9 +11,8 @@ pub const FOREIGN_CODE: Code =
 pub const RENAMED: Code = Code { id: "G0603", title: "renamed C function" };
 /// The compiled chart needs more memory than the target machine has.
 pub const TOO_LARGE: Code = Code { id: "G0604", title: "chart too large for the microcontroller" };
-/// The quiescence gate cannot be used with a chart that calls functions or contains C text.
-pub const GATE_REFUSED: Code =
-    Code { id: "G0605", title: "chart not supported by the quiescence gate" };
+/// The gate (`--gate`) cannot be used with a chart that calls functions or contains C text.
+pub const GATE_REFUSED: Code = Code { id: "G0605", title: "chart not supported by `--gate`" };
 /// The table engine does not support something that the chart uses.
 pub const ENGINE_REFUSED: Code =
     Code { id: "G0606", title: "chart not supported by the table engine" };

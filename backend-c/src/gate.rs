@@ -1,4 +1,4 @@
-//! The quiescence gate: a reaction that cannot change anything returns at once.
+//! The gate (`--gate`): a reaction that cannot change anything returns at once.
 //!
 //! A reaction is a function of the instance, the inputs and `dt`, and of nothing else. [`refusal`] ensures this: a chart that calls functions of the
 //! user's library or contains C text also depends on these, or has effects that the instance does not show. So if a reaction has left the instance

@@ -35,7 +35,7 @@ pub(crate) fn lay_out(
         has_fault: program.has_fault,
         callbacks: options.callbacks,
         has_library,
-        // A chart without state cannot be quiescent.
+        // A chart without state cannot use the gate.
         gate: options.gate && !program.instance.is_empty(),
         trace: options.trace,
         // A chart without state has no memory that can be corrupted.

@@ -19,7 +19,7 @@ pub(crate) struct Interface {
     pub(crate) callbacks: bool,
     /// True if the user provides functions: those of the chart, or callbacks.
     pub(crate) has_library: bool,
-    /// True if the quiescence gate precedes the reaction.
+    /// True if the gate (`--gate`) precedes the reaction.
     pub(crate) gate: bool,
     /// The number of entries of the trace ring.
     pub(crate) trace: Option<u16>,

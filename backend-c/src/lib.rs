@@ -86,7 +86,7 @@ pub struct Options {
     pub goal: cost::Goal,
     /// The layout of Boolean inputs and outputs.
     pub io: Io,
-    /// The quiescence gate: a reaction with the same inputs and the same `dt` as the last one returns at once if the last one left the instance
+    /// The gate (`--gate`): a reaction with the same inputs and the same `dt` as the last one returns at once if the last one left the instance
     /// unchanged.
     pub gate: bool,
     /// The safe state: a reaction checks the state variables first; on corruption, the outputs stay safe from then on.
@@ -275,7 +275,7 @@ impl Package {
         self.interface.has_instance
     }
 
-    /// True if the quiescence gate precedes the reaction, so that some reactions are skipped.
+    /// True if the gate (`--gate`) precedes the reaction, so that some reactions are skipped.
     #[must_use]
     pub fn has_gate(&self) -> bool {
         self.interface.gate

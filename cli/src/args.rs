@@ -251,7 +251,7 @@ pub(crate) struct COptions {
     /// Keep a function as C instead of translating it; repeatable.
     #[arg(long, value_name = "FUNCTION", help_heading = C_SOURCES)]
     pub(crate) keep: Vec<String>,
-    /// Group the statements after each comment, or each block, into a macro-step.
+    /// Make a macro-step of the statements after each comment, or of each block.
     #[arg(long, value_name = "WHAT", value_parser = GROUPS, help_heading = C_SOURCES)]
     pub(crate) group: Option<CGroup>,
     /// Make one macro-step per call, or share one among all calls of a function.
@@ -494,7 +494,7 @@ pub(crate) struct Build {
     /// Keep the last N fired transitions with their reaction numbers in the instance, for `grafsynth trace`.
     #[arg(long, value_name = "N", value_parser = whole(1..=8192_u16), help_heading = C_OUTPUT)]
     pub(crate) trace_ring: Option<u16>,
-    /// Call the user's `activated` and `enabled` functions.
+    /// Call functions of your own when a step becomes active or inactive (`NAME_activated`) and when a transition becomes enabled (`NAME_enabled`).
     #[arg(long, help_heading = C_OUTPUT)]
     pub(crate) callbacks: bool,
     /// Also write the image of `c-engine` or `c-program` (tables or byte code) as `STEM.bin`, which the engine can load from flash or EEPROM.
@@ -564,7 +564,7 @@ pub(crate) struct Sim {
 
 #[derive(Debug, Args)]
 pub(crate) struct Trace {
-    /// Dump of the ring: the bytes of `NAME_trace_byte`, or hexadecimal text.
+    /// Dump of the ring: the bytes that `NAME_trace_byte` returns, or the same in hexadecimal.
     pub(crate) dump: String,
     /// Chart from which the code was built; give the same input options as in the build.
     #[arg(long, value_name = "FILE")]
@@ -638,7 +638,7 @@ pub(crate) struct Minimise {
     /// Search for a small result only, without a proof that it is the minimum.
     #[arg(long)]
     pub(crate) heuristic: bool,
-    /// Effort, 0 to 9; each step allows ten times the work. Counted in operations, so the result is the same on every machine.
+    /// Effort, 0 to 9; each step allows ten times the work. Work is counted in operations, so the result is the same on every machine.
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = whole(0..=9_u32))]
     pub(crate) budget: u32,
     /// Write the minimised table to this file; `-` is standard output (the report then goes to standard error).
@@ -751,7 +751,7 @@ const EXAMPLES: [(&str, &str); 13] = [
     ),
     (
         "compare",
-        "  grafsynth compare old.graf new.graf --trace run.csv  # prove them equal, or show the shortest difference
+        "  grafsynth compare old.graf new.graf --trace run.csv  # prove them equal, or show a difference
   grafsynth compare plant.graf out/plant.c  # C from `build`, after somebody edited it: prove it equal to the chart, or show a difference
   grafsynth compare lamp.graf --random 10000  # the chart, its C, equations, fuses and Verilog",
     ),

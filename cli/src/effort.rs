@@ -7,7 +7,7 @@ use grafsynth_verify::{DEFAULT_EFFORT, MAX_EFFORT};
 /// The effort of proofs.
 #[derive(Debug, Clone, Copy, Args)]
 pub(crate) struct Effort {
-    /// Effort of proofs, 0 to 3: 0 tries structure and induction, each step from 1 on allows ten times the work.
+    /// Effort of proofs: 0 tries only what is quick; 2 and 3 allow about 10 and 100 times the work of 1.
     #[arg(long, value_name = "N", default_value_t = DEFAULT_EFFORT, value_parser = whole(0..=MAX_EFFORT))]
     pub(crate) effort: u8,
 }

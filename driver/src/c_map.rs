@@ -140,7 +140,7 @@ impl CMap {
     /// Reads a map.
     ///
     /// # Errors
-    /// The text is not JSON, has another version, or has members that no map has; with the line.
+    /// The text is not JSON, has another version, or has members that no map has. The message gives the line.
     pub fn parse(text: &str) -> Result<CMap, String> {
         /// Only the format, so that another version is not reported as an unknown member.
         #[derive(Deserialize)]

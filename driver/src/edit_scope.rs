@@ -30,7 +30,9 @@ pub(crate) fn within<'t>(
         };
         let wanted = with_names(&file.text, &renamed);
         if at > 0 && lines(text) != lines(&wanted) {
-            return Err(format!("`{name}` differs from the emitted file, and others include it"));
+            return Err(format!(
+                "`{name}` differs from the emitted file, and other files include it"
+            ));
         }
         if at == 0 {
             same_directives(&wanted, text)?;
@@ -64,7 +66,9 @@ pub(crate) fn same_items(emitted: &Unit, edited: &Unit) -> Result<(), String> {
     };
     let (wanted, found) = (names(emitted), names(edited));
     match found.iter().find(|(name, n)| wanted.get(*name) != Some(n)) {
-        Some((name, _)) => Err(format!("`{name}` is not a function or an object of the emitted C")),
+        Some((name, _)) => {
+            Err(format!("`{name}` is not a function, object or table of the emitted C"))
+        }
         None => Ok(()),
     }
 }
@@ -162,7 +166,7 @@ fn same_words(emitted: &str, edited: &str) -> Result<(), String> {
             .collect()
     };
     match words(edited).difference(&words(emitted)).next() {
-        Some(word) => Err(format!("the emitted C does not use `{word}`")),
+        Some(word) => Err(format!("it uses `{word}`, which the emitted C does not use")),
         None => Ok(()),
     }
 }

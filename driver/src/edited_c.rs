@@ -235,8 +235,10 @@ fn same_interface(package: &Package, wanted: &Unit, unit: &Unit) -> Result<(), S
         if let Some((at, member)) =
             wanted.iter().enumerate().find(|(at, it)| found.get(*at) != Some(it))
         {
-            let found = found.get(at).map_or("nothing", String::as_str);
-            return Err(format!("`{name}` has `{found}` where the chart needs `{member}`"));
+            return Err(match found.get(at) {
+                Some(found) => format!("`{name}` has `{found}` where the chart needs `{member}`"),
+                None => format!("`{name}` lacks `{member}`, which the chart needs"),
+            });
         }
         if let Some(member) = found.get(wanted.len()) {
             return Err(format!("`{name}` has `{member}`, which the chart does not have"));
@@ -264,7 +266,7 @@ fn same_interface(package: &Package, wanted: &Unit, unit: &Unit) -> Result<(), S
             (_, None) => return Err(format!("the text has no function `{name}`")),
             _ => {
                 return Err(format!(
-                    "`{name}` has other parameters or another result than in the C of `build`"
+                    "the parameters or the result of `{name}` differ from those that `build` emits"
                 ));
             }
         }

@@ -292,7 +292,7 @@ pub enum Note {
     WithoutForeignCode,
     /// The macro that the user must define if an interrupt shares numbers with the chart; this was not checked.
     CriticalSection(String),
-    /// The quiescence gate was active in the compared reactions.
+    /// The gate (`--gate`) was active in the compared reactions.
     Gate,
     /// A style of C is wrong because of a bug in grafsynth, and another one is right.
     OtherStyle {

@@ -88,7 +88,9 @@ impl<'n> Tree<'n> {
     pub(crate) fn answer(&mut self, question: &str) -> Result<(String, Instance), Trouble> {
         let mut numbers = question.split_ascii_whitespace().map(str::parse::<i64>);
         let mut next = || numbers.next().and_then(Result::ok);
-        let lost = || Trouble::Machine("a request that cannot be read".to_owned());
+        let lost = || {
+            Trouble::Machine("the test asked for a reaction in a form that is not known".to_owned())
+        };
         let from = next().ok_or_else(lost)?;
         let dt = next().and_then(|dt| u32::try_from(dt).ok()).ok_or_else(lost)?;
         let mut row = InputRow { dt, ..InputRow::zero(self.net) };
@@ -115,7 +117,8 @@ impl<'n> Tree<'n> {
     /// The number of a state, which becomes the state after the next answer.
     fn add(&mut self, state: Snapshot, scan: usize) -> Result<Instance, Trouble> {
         let key = self.interpreter.key(&state);
-        let key = key.ok_or_else(|| not_executed("an instance with pointers".to_owned()))?;
+        let key = key
+            .ok_or_else(|| not_executed("an instance with pointers is not supported".to_owned()))?;
         let next = self.states.len();
         let instance = *self.numbers.entry(key).or_insert(next);
         if instance == next {

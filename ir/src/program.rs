@@ -88,7 +88,7 @@ pub enum Origin {
     Region(StepId),
     /// `s.t`, saturated one above the largest constant that it is compared with.
     Elapsed(StepId),
-    /// The time of whichever step of a [`SharedTimer`] is active; 0 if none is. The step is the first one of the timer.
+    /// The time of whichever step of a [`SharedTimer`] is active; 0 if none is. The payload is the first step of that timer.
     SharedElapsed(StepId),
     /// `s.T`.
     LastElapsed(StepId),

@@ -259,10 +259,10 @@ transition t2 in truck p2 -> p1 when not (m or n = 3) and p2.t >= 5
             .join("\n");
         insta::assert_snapshot!(told, @r#"
         G0301 "x": expected a number, found `x`;
-        G0302 "b": unknown partial chart `b`; write the name of an earlier line of this net, or declare it in a line before
+        G0302 "b": unknown partial chart `b`; write a name that an earlier line of this net declares, or declare this one in an earlier line
         G0301 "stepp": unknown declaration `stepp`; did you mean `step`?
-        G0302 "p3": unknown step `p3`; write the name of an earlier line of this net, or declare it in a line before
-        G0302 "m": unknown input, event, variable or timer `m`; write the name of an earlier line of this net, or declare it in a line before
+        G0302 "p3": unknown step `p3`; write a name that an earlier line of this net declares, or declare this one in an earlier line
+        G0302 "m": unknown input, event, variable or timer `m`; write a name that an earlier line of this net declares, or declare this one in an earlier line
         G0301 "\n": expected a value, found the end of the line;
         G0303 "99999999999": the number does not fit in 32 bits;
         "#);

@@ -656,7 +656,7 @@ impl<'n, 'l> Search<'n, 'l> {
                     Some(place) => Source::Kept(place),
                     None if time == 0 || ran.is_none() => Source::Started(time),
                     None => {
-                        let why = "a counter continues from an earlier time";
+                        let why = "a time resumes from an earlier value";
                         return Err(OpenReason::Method(why.to_owned()));
                     }
                 };

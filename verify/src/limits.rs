@@ -35,7 +35,7 @@ pub const MAX_EFFORT: u8 = 3;
 
 impl Limits {
     /// The limits of an effort from 0 to [`MAX_EFFORT`]; a larger number counts as the largest. Effort 0 proves by structure and induction, with a short enumeration
-    /// and a small decision diagram; each effort from 1 on allows ten times the work of the one before. The limits of memory grow less.
+    /// and a small decision diagram; each effort after 1 allows ten times the work of the one before. The limits of memory grow less.
     #[must_use]
     pub fn of_effort(effort: u8) -> Self {
         let more = match effort {

@@ -244,7 +244,7 @@ impl<'n> Relevance<'n> {
         (largest >= 0).then(|| u32::try_from(largest + 1).unwrap_or(u32::MAX))
     }
 
-    /// True if some tick count exists anywhere.
+    /// True if a time is compared in any situation.
     pub(crate) fn has_time(&self) -> bool {
         self.other_time >= 0 || self.elapsed.values().any(|largest| *largest >= 0)
     }

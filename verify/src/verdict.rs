@@ -175,7 +175,9 @@ impl fmt::Display for OpenReason {
                 let reactions = counted(*reactions, "reaction", "reactions");
                 write!(f, "proved {scope} only ({states}, {reactions})")
             }
-            OpenReason::Unfound => write!(f, "some stimulus violates it, but none was found"),
+            OpenReason::Unfound => {
+                write!(f, "a stimulus that violates it exists, but was not found")
+            }
             OpenReason::ToolMissing(tools) => write!(f, "{} not installed", tools.join(", ")),
             OpenReason::ToolFailed(text) => f.write_str(text),
             OpenReason::NotAsked => write!(f, "not proved, as requested"),

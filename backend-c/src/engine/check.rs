@@ -50,9 +50,9 @@ impl std::error::Error for Flaw {}
 /// The number of objects of each kind that operands can refer to, and the maximum rounds of a loop together with those of the loops around it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Bounds {
-    /// By [`Kind`].
+    /// The number of objects of each [`Kind`].
     pub(super) many: [u32; Kind::Fired as usize + 1],
-    /// See the type.
+    /// The maximum rounds of a loop, multiplied by those of the loops around it.
     pub(super) rounds: u32,
 }
 

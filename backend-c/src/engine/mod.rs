@@ -197,7 +197,7 @@ impl<'a> Plan<'a> {
         let outside = self.listened.iter().filter(|id| net.inputs[**id].kind == InputKind::Event);
         match net.settings.queue {
             Some(bound) if (bound as usize) < outside.count() => {
-                refuse("a queue shorter than the events of a row", net.name.span)
+                refuse("a queue that is shorter than the number of events in a row", net.name.span)
             }
             Some(_) | None => Ok(()),
         }
@@ -369,7 +369,7 @@ impl<'a> Plan<'a> {
         let mut contents = BTreeSet::new();
         for history in net.histories.values() {
             if !history.default_content.is_empty() && !contents.insert(history.owner) {
-                return refuse("two histories of a state with content", history.meta.span);
+                return refuse("two histories with content in one state", history.meta.span);
             }
             let first = image.count(Section::Cases);
             for case in &history.cases {

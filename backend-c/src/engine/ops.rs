@@ -197,9 +197,9 @@ instructions! {
     Element "ELEMENT" Wide One Of(Cell), 1 1, "the element of a cell with this index; 0 if it does not exist";
     Div "DIV" Wide Two NONE, 2 1, "quotient, rounded toward 0; 0 if the divisor is 0";
     Mod "MOD" Wide Two NONE, 2 1, "remainder, with the sign of the dividend; 0 if the divisor is 0";
-    BitAnd "BIT_AND" Wide Two NONE, 2 1, "and of each bit";
-    BitOr "BIT_OR" Wide Two NONE, 2 1, "or of each bit";
-    BitXor "BIT_XOR" Wide Two NONE, 2 1, "exclusive or of each bit";
+    BitAnd "BIT_AND" Wide Two NONE, 2 1, "bitwise and";
+    BitOr "BIT_OR" Wide Two NONE, 2 1, "bitwise or";
+    BitXor "BIT_XOR" Wide Two NONE, 2 1, "bitwise exclusive or";
     Shl "SHL" Wide Two NONE, 2 1, "shift to the left by 0 to 63";
     Shr "SHR" Wide Two NONE, 2 1, "shift to the right by 0 to 63; rounds down";
     SetBit "SET_BIT" Wide Store Of(Bit), 1 0, "stores into a bit of the instance";
@@ -208,8 +208,8 @@ instructions! {
     SetElement "SET_ELEMENT" Wide Store Of(Cell), 2 0, "stores the top at the index below it; saturates; nothing if the element does not exist";
     Output "OUTPUT" Wide Store Of(Output), 1 0, "sets an output";
     Fault "FAULT" Wide Store NONE, 1 0, "sets the fault flag";
-    Ask "ASK" Wide Service Of(Input), 0 0, "evaluates an extern condition";
-    Call "CALL" Wide Service Operand::Call, 0 0, "calls an extern action with all values of the stack";
+    Ask "ASK" Wide Service Of(Input), 0 0, "evaluates an extern condition, so that INPUT can read it";
+    Call "CALL" Wide Service Operand::Call, 0 0, "calls an extern action; its arguments are all values on the stack, which it takes";
     Text "TEXT" Wide Service Of(Text), 0 0, "runs a text of the user";
     Fired "FIRED" Wide Service Of(Fired), 0 0, "records that a transition fires";
     Micro "MICRO" Wide Service NONE, 0 0, "records that a micro-step begins";

@@ -171,7 +171,7 @@ fn image(
     let line = |bytes, title| Line { bytes, title: Some(title), note: String::new(), object: None };
     let mut lines = vec![line(header, title)];
     if let Some(first) = rows.first_mut() {
-        first.title = Some("cells: first value, how many, least, most");
+        first.title = Some("cells: first value, number of values, minimum, maximum");
     }
     lines.extend(rows);
     lines.push(line(reset, "reset"));

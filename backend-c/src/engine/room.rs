@@ -18,15 +18,15 @@ pub struct Room {
     pub inputs: u32,
     /// The number of outputs.
     pub outputs: u32,
-    /// The bytes of bits.
+    /// The number of bytes for the bits of the instance.
     pub bits: u32,
-    /// The numbers.
+    /// The number of numbers of the instance.
     pub values: u32,
-    /// Tables: the bytes that are used only during a reaction.
+    /// Tables: the number of bytes that are used only during a reaction.
     pub work: u32,
-    /// Programs: the bytes of bits within a reaction.
+    /// Programs: the number of bytes for the bits that exist only during a reaction.
     pub flags: u32,
-    /// Programs: the numbers within a reaction.
+    /// Programs: the number of numbers that exist only during a reaction.
     pub numbers: u32,
     /// Programs: the extern actions.
     pub calls: u32,

@@ -209,7 +209,7 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
     for expr in frame_exprs(net) {
         for leaf in expr.leaves() {
             if let Leaf::LastElapsed(_) = leaf {
-                return refuse("the last time of a step", expr.span);
+                return refuse("the time `T` of a step", expr.span);
             }
             if leaf.input().is_some_and(|input| net.inputs[input].kind == InputKind::Extern) {
                 return refuse("an extern condition that an action or a timer reads", expr.span);
@@ -225,7 +225,7 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
     }
     for transition in net.transitions.values() {
         if transition.kind == TransitionKind::Reaction {
-            return refuse("a reaction that leaves its step active", transition.meta.span);
+            return refuse("a reaction of a step", transition.meta.span);
         }
     }
     Ok(())
@@ -378,7 +378,10 @@ fn lists(net: &Net, facts: &Facts, plan: &mut Plan) -> Result<(), Refusal> {
         if machine.has_lists && machine.is_entered {
             let span =
                 machine.steps.first().map_or_else(Span::default, |step| net.steps[*step].meta.span);
-            return refuse("lists in a branch that is entered from outside", span);
+            return refuse(
+                "lists in a parallel branch that a transition enters from outside",
+                span,
+            );
         }
     }
     // Of the variables that lists write, a list or receptivity may read only those that the lists of its own state variable write.
@@ -450,7 +453,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
                 Leaf::Elapsed(step) if plan.place[step].0 < owner => {
                     refused = Some("a receptivity that reads the time of a parallel branch");
                 }
-                Leaf::LastElapsed(_) => refused = Some("the last time of a step"),
+                Leaf::LastElapsed(_) => refused = Some("the time `T` of a step"),
                 Leaf::Fireable(rival) => {
                     rivals += 1;
                     let here =
@@ -493,7 +496,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
     let last = conditions
         .find(|condition| condition.leaves().any(|leaf| matches!(leaf, Leaf::LastElapsed(_))));
     if let Some(condition) = last {
-        return refuse("the last time of a step", condition.span);
+        return refuse("the time `T` of a step", condition.span);
     }
     for machine in old {
         plan.machines[machine].needs_old = true;
@@ -503,7 +506,10 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
             transition.requires.iter().all(|taken| plan.place[*taken].0 != plan.place[step].0)
         });
         if transition.restart && adds_outside && plan.owner[id].is_some() {
-            return refuse("a restart across branches", transition.meta.span);
+            return refuse(
+                "`restart` in a transition that enters a step of another branch",
+                transition.meta.span,
+            );
         }
     }
     Ok(())

@@ -107,11 +107,8 @@ fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
     if all.iter().any(|one| one.help != all[0].help) {
         folded.help = folded.help.map(|help| format!("for the first one: {help}"));
     } else if !folded.message.starts_with(&all[0].message) {
-        // The message names several objects, so a help text about "it" is for each of them.
-        let is_one =
-            |help: &str| help.split(|c: char| !c.is_alphanumeric()).any(|word| word == "it");
-        folded.help =
-            folded.help.map(|help| if is_one(&help) { format!("for each: {help}") } else { help });
+        // The message names several objects, but the help is written for one of them.
+        folded.help = folded.help.map(|help| format!("in each case: {help}"));
     }
     let line = |span: Span| {
         sources.get(span.file).map_or(0, |source| source.line_of(span.start as usize) + 1)

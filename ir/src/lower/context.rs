@@ -311,7 +311,7 @@ pub(super) struct Lowering<'a> {
     pub(super) drawn_actions: Vec<DrawnAction<'a>>,
     /// Operands of edges by shape.
     pub(super) edges: BTreeMap<Expr<Leaf>, EdgeId>,
-    /// `t1/E/t2` by durations in ticks and shape of E.
+    /// The expressions for delays `t1/E/t2`, by both durations in ticks and the shape of E.
     pub(super) delays: BTreeMap<(u32, Expr<Leaf>, u32), Expr<Leaf>>,
     /// Named send slots, by body and name, as indices into `slot_list`.
     pub(super) slots: BTreeMap<(ScopeId, &'a str), usize>,

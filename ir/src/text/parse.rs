@@ -303,7 +303,7 @@ impl<'a> Parser<'a> {
                 diagnostic.help(format!("did you mean `{near}`?")).fix(token.span(self.file), near)
             }
             None => diagnostic.help(
-                "write the name of an earlier line of this net, or declare it in a line before",
+                "write a name that an earlier line of this net declares, or declare this one in an earlier line",
             ),
         });
     }

@@ -375,7 +375,7 @@ impl<'a> Relaxation<'a> {
         relaxed
     }
 
-    /// The bound in whole columns.
+    /// The bound, rounded up to a whole number of columns.
     fn lower(&self) -> usize {
         usize::try_from((self.bound + UNIT - 1).div_euclid(UNIT)).unwrap_or(0)
     }

@@ -167,9 +167,8 @@ fn prove(
 
 /// The largest value of each counter in the net.
 fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
-    let program = program(net, &ProgramOptions::default()).map_err(|_| {
-        "the ranges of its counters are unknown: there is no bounded program".to_owned()
-    })?;
+    let program = program(net, &ProgramOptions::default())
+        .map_err(|_| "the ranges of the counters of the circuit are not known".to_owned())?;
     Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
 }
 

@@ -133,7 +133,7 @@ impl Need {
 pub(super) struct Compiled {
     /// The setting of the function if it is compiled separately: not part of another function, and without parts.
     pub(super) alone: Setting,
-    /// The setting of the function as part of its caller, if it is one, and with its own parts.
+    /// The setting of the function with its callees inlined, and inlined into its caller if it has only one.
     pub(super) whole: Setting,
     /// Its structures that are in registers, and its pointers to such structures.
     pub(super) kept: BTreeSet<Rc<str>>,

@@ -340,10 +340,13 @@ impl Elaborator<'_> {
             return Err(self.report(
                 Diagnostic::error(
                     codes::ST_TIMER,
-                    format!("`{}` is assigned a time that its own unit never assigns", place.name),
+                    format!(
+                        "`{}` is assigned a time that the unit that declares it never assigns",
+                        place.name
+                    ),
                 )
-                .at(span, "assigned from outside")
-                .help("assign all values of a TIME variable in one unit"),
+                .at(span, "assigned outside that unit")
+                .help("assign all values of a TIME variable in the unit that declares it"),
             ));
         }
         Ok(expr)

@@ -21,7 +21,7 @@ use crate::plan::{LAST, following, urgency};
 use crate::program::{Expr, Origin, Stmt, TempId, TempRole};
 use crate::simplify::{compare_shapes, simplify};
 
-/// The object that transitions compete for: a step, or with `fire one` the micro-step itself.
+/// What transitions compete for: a step, or with `fire one` the micro-step itself.
 type Prize = Option<StepId>;
 
 /// The transitions that have taken a prize so far. Many takers are combined in one temporary, so that the tests are short.
@@ -103,7 +103,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds the next transition of a static order: it fires unless an earlier one took a prize that it needs.
+    /// Adds the next transition of a static order: it fires unless an earlier one took one of its prizes.
     fn take(
         &mut self,
         id: TransitionId,

@@ -172,7 +172,12 @@ impl<'a> Attempt<'a> {
         let n_bits = match kinds.collect::<Vec<_>>().as_slice() {
             [] => 16,
             [kind] if !machine.is_signed(*kind) => machine.bits(*kind),
-            _ => return Err("the parameters are not those of a reaction".to_owned()),
+            _ => {
+                return Err(format!(
+                    "`{}_step` does not have the parameters of a reaction",
+                    self.of.hint.prefix
+                ));
+            }
         };
         let bits = self.fresh(n_bits);
         Ok(Number::from_code(self.aig(), &bits, 0))

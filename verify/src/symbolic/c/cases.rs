@@ -27,7 +27,7 @@ impl Subject<'_> {
         refuse(self.net)?;
         for (id, output) in self.net.outputs.iter() {
             if !self.hint.outputs.iter().any(|(known, _)| *known == id) {
-                return Err(format!("the place of output `{}` in the C is unknown", output.name));
+                return Err(format!("it is not known where the C stores output `{}`", output.name));
             }
         }
         let limits = Limits {
@@ -56,10 +56,16 @@ impl Subject<'_> {
             .sum();
         let size = self.net.steps.len() + self.net.transitions.len();
         if n_cases.saturating_mul(size) > MAX_CASES {
-            return Err(format!("{n_cases} cases are too many for a chart of this size"));
+            return Err(format!(
+                "the proof needs {n_cases} cases, too many for a chart of this size"
+            ));
         }
         for (component, questions) in &open {
-            let data = self.facts.components.get(*component).ok_or("an unknown component")?;
+            let data = self
+                .facts
+                .components
+                .get(*component)
+                .ok_or("a component of the chart is not known")?;
             let steps = data.steps.iter().map(|step| Some(*step));
             for active in steps.chain((!data.always).then_some(None)) {
                 let focus = Focus { component: *component, active };

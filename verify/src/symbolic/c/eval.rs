@@ -48,13 +48,14 @@ impl<'u> Program<'u> {
 
     /// The value of an expression; an error if it has none (a call of a `void` function).
     pub(super) fn scalar(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Scalar> {
-        self.evaluate(expr, memory)?.ok_or_else(|| "an expression without a value".to_owned())
+        self.evaluate(expr, memory)?
+            .ok_or_else(|| "an expression that needs a value has none".to_owned())
     }
 
     pub(super) fn int(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Int> {
         match self.scalar(expr, memory)? {
             Scalar::Int(value) => Ok(value),
-            Scalar::Pointer(_) => Err("a pointer used as a number".to_owned()),
+            Scalar::Pointer(_) => Err("a pointer used as a number is not supported".to_owned()),
         }
     }
 
@@ -84,9 +85,9 @@ impl<'u> Program<'u> {
             return Ok(vec![Rc::new(Cell::of(self.scalar(value, memory)?))]);
         }
         let ExprKind::Read(place) = &value.kind else {
-            return Err("a structure that a function returns".to_owned());
+            return Err("a structure that a function returns is not supported".to_owned());
         };
-        let n = n_cells(self.unit, &value.ty).ok_or("a structure without a size")?;
+        let n = n_cells(self.unit, &value.ty).ok_or("the size of a structure is not known")?;
         let from = self.addresses(place, memory)?;
         (0..n)
             .map(|at| {
@@ -142,7 +143,8 @@ impl<'u> Program<'u> {
             }
             Init::Parts(parts) => {
                 for part in parts {
-                    let index = usize::try_from(part.at).map_err(|_| "a large index")?;
+                    let index = usize::try_from(part.at)
+                        .map_err(|_| "the index of an initialiser is too large")?;
                     let (inner, offset) = match ty {
                         Type::Array(element, _) => {
                             let size = n_cells(self.unit, &element.ty).unwrap_or(0);
@@ -152,7 +154,7 @@ impl<'u> Program<'u> {
                             let member = self.unit.structs[*id].members.get(index);
                             let inner = member.map(|it| it.canonical.ty.clone());
                             let offset = member_offset(self.unit, ty, index);
-                            inner.zip(offset).ok_or("an unknown member")?
+                            inner.zip(offset).ok_or("a member of a structure is not known")?
                         }
                         _ => (ty.clone(), 0),
                     };
@@ -164,7 +166,9 @@ impl<'u> Program<'u> {
     }
 
     fn kind(&self, expr: &Expr) -> Done<IntKind> {
-        self.unit.integer(&expr.ty).ok_or_else(|| "a value that is not a number".to_owned())
+        self.unit.integer(&expr.ty).ok_or_else(|| {
+            "arithmetic on a value that is not an integer is not supported".to_owned()
+        })
     }
 
     fn evaluate(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {
@@ -175,11 +179,11 @@ impl<'u> Program<'u> {
             ExprKind::Bool(value) => Ok(Some(Scalar::Int(Int::Bit(Lit::constant(*value))))),
             ExprKind::Constant(id) => match self.unit.symbols[*id].kind {
                 SymbolKind::Constant(value) => number(value),
-                _ => Err("an unknown constant".to_owned()),
+                _ => Err("the value of a constant is not known".to_owned()),
             },
             ExprKind::SizeOf(_) => match self.unit.constant(expr) {
                 Some(value) => number(value),
-                None => Err("a `sizeof` without a constant value".to_owned()),
+                None => Err("the value of a `sizeof` is not known".to_owned()),
             },
             ExprKind::Null => Ok(Some(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))),
             ExprKind::Function(id) => {
@@ -187,7 +191,7 @@ impl<'u> Program<'u> {
             }
             ExprKind::Read(place) => {
                 if !place.ty.is_scalar() {
-                    return Err("a structure used as a value".to_owned());
+                    return Err("a structure used as a value is not supported here".to_owned());
                 }
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
@@ -197,7 +201,8 @@ impl<'u> Program<'u> {
             }
             ExprKind::Address(place) | ExprKind::Decay(place) => {
                 let to = self.addresses(place, memory)?;
-                let extent = n_cells(self.unit, &place.ty).ok_or("an object without a size")?;
+                let extent =
+                    n_cells(self.unit, &place.ty).ok_or("the size of an object is not known")?;
                 let cases = to.into_iter().map(|(it, when)| (Pointer::To(it, extent), when));
                 let cases = cases.collect();
                 Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
@@ -258,7 +263,10 @@ impl<'u> Program<'u> {
             }
             ExprKind::Step { is_increment, is_prefix, place } => {
                 let op = if *is_increment { BinaryOp::Add } else { BinaryOp::Sub };
-                let kind = self.unit.integer(&place.ty).ok_or("arithmetic on pointers")?;
+                let kind = self
+                    .unit
+                    .integer(&place.ty)
+                    .ok_or("arithmetic on pointers is not supported")?;
                 let ty = Type::Int(self.unit.machine.promoted(kind));
                 let one = Int::constant(1);
                 let (old, new) = self.updated(op, place, &one, &ty, memory, expr.span)?;
@@ -271,8 +279,12 @@ impl<'u> Program<'u> {
                 }
                 self.call(*function, values, memory)
             }
-            ExprKind::Call(Callee::Pointer(_), _) => Err("a call through a pointer".to_owned()),
-            ExprKind::Member(..) => Err("a structure that a function returns".to_owned()),
+            ExprKind::Call(Callee::Pointer(_), _) => {
+                Err("a call through a pointer is not supported".to_owned())
+            }
+            ExprKind::Member(..) => {
+                Err("a structure that a function returns is not supported".to_owned())
+            }
         }
     }
 
@@ -290,7 +302,7 @@ impl<'u> Program<'u> {
         let old = self.loaded(&to, memory, loc)?;
         let wide = self.converted(old.clone(), &place.ty, ty)?;
         let (Scalar::Int(wide), Some(kind)) = (wide, self.unit.integer(ty)) else {
-            return Err("arithmetic on pointers".to_owned());
+            return Err("arithmetic on pointers is not supported".to_owned());
         };
         let new = self.binary(op, kind, &wide, operand, loc)?;
         let new = self.converted(Scalar::Int(new), ty, &place.ty)?;
@@ -413,7 +425,7 @@ impl<'u> Program<'u> {
             ),
             _ => None,
         };
-        let (exact, without) = found.ok_or("an operator that is not supported")?;
+        let (exact, without) = found.ok_or("an operator is not supported")?;
         if op == BinaryOp::Rem && self.unit.machine.is_signed(kind) {
             // The remainder exists only if the quotient does (C99 6.5.5p6).
             let least = self.unit.machine.range(kind).0;
@@ -481,12 +493,12 @@ impl<'u> Program<'u> {
 
     fn same_pointer(&mut self, op: BinaryOp, a: &Scalar, b: &Scalar) -> Done<Int> {
         let (Scalar::Pointer(a), Scalar::Pointer(b)) = (a, b) else {
-            return Err("a pointer compared with a number".to_owned());
+            return Err("the comparison of a pointer with a number is not supported".to_owned());
         };
         let is_equal = match op {
             BinaryOp::Eq => true,
             BinaryOp::Ne => false,
-            _ => return Err("arithmetic on pointers".to_owned()),
+            _ => return Err("arithmetic on pointers is not supported".to_owned()),
         };
         let mut ways = Vec::new();
         for (x, when_x) in a {
@@ -512,7 +524,7 @@ impl<'u> Program<'u> {
                 return Ok(Scalar::Int(Int::Bit(lit)));
             }
             let Scalar::Int(value) = value else {
-                return Err("a pointer converted to a number".to_owned());
+                return Err("the conversion of a pointer to a number is not supported".to_owned());
             };
             let machine = self.unit.machine;
             let wrapped = value.wrapped(&mut self.aig, machine.bits(kind), machine.is_signed(kind));
@@ -527,13 +539,13 @@ impl<'u> Program<'u> {
                 if is_null || is_same {
                     return Ok(value);
                 }
-                Err("a conversion between pointers of different types, or that drops `const`"
+                Err("a conversion between pointers that changes the type or drops `const` is not supported"
                     .to_owned())
             }
             (Scalar::Int(number), Type::Pointer(_)) if number.as_constant() == Some(0) => {
                 Ok(Scalar::Pointer(vec![(Pointer::Null, Lit::TRUE)]))
             }
-            _ => Err("a conversion to a type that is not a number".to_owned()),
+            _ => Err("a conversion to a type that is not an integer is not supported".to_owned()),
         }
     }
 
@@ -564,13 +576,13 @@ impl<'u> Program<'u> {
             Object::Changing(id) => memory.object(id),
         };
         let cell = cells.and_then(|cells| cells.get(address.cell));
-        cell.cloned().ok_or_else(|| "an access outside of an object".to_owned())
+        cell.cloned().ok_or_else(|| "an access is outside of its object".to_owned())
     }
 
     fn store(&mut self, to: &[(Address, Lit)], cell: Rc<Cell>, memory: &mut Memory) -> Done<()> {
         for (address, when) in to {
             let Object::Changing(object) = address.object else {
-                return Err("an assignment to a constant".to_owned());
+                return Err("a constant is assigned".to_owned());
             };
             let new = if to.len() == 1 {
                 cell.clone()
@@ -579,7 +591,7 @@ impl<'u> Program<'u> {
                 merge_cells(&mut self.aig, &[(*when, &cell), (!*when, &old)])
             };
             if !memory.put(object, address.cell, new) {
-                return Err("an access outside of an object".to_owned());
+                return Err("an access is outside of its object".to_owned());
             }
         }
         Ok(())
@@ -595,7 +607,7 @@ impl<'u> Program<'u> {
     ) -> Done<Vec<(Address, Lit)>> {
         self.tick()?;
         if place.qualifiers.is_volatile {
-            return Err("a volatile object".to_owned());
+            return Err("a volatile object is not supported".to_owned());
         }
         match &place.kind {
             PlaceKind::Symbol(id) => {
@@ -603,7 +615,7 @@ impl<'u> Program<'u> {
                 let object = local.or_else(|| self.statics.get(id)).copied();
                 let object = object.ok_or_else(|| {
                     format!(
-                        "the object `{}`, which keeps a value outside the instance",
+                        "the object `{}` keeps a value outside the instance; this is not supported",
                         self.unit.symbols[*id].name
                     )
                 })?;
@@ -611,7 +623,7 @@ impl<'u> Program<'u> {
             }
             PlaceKind::Member(base, member) => {
                 let offset = member_offset(self.unit, &base.ty, *member);
-                let offset = offset.ok_or("an unknown member")?;
+                let offset = offset.ok_or("a member of a structure is not known")?;
                 let mut all = self.addresses(base, memory)?;
                 all.iter_mut().for_each(|(it, _)| it.cell += offset);
                 Ok(all)
@@ -620,10 +632,11 @@ impl<'u> Program<'u> {
                 let index = self.int(index, memory)?;
                 let all = self.addresses(base, memory)?;
                 let Type::Array(element, Some(len)) = &base.ty else {
-                    return Err("an element of an array without a length".to_owned());
+                    return Err("the length of an array is not known".to_owned());
                 };
-                let size = n_cells(self.unit, &element.ty).ok_or("an element without a size")?;
-                let len = usize::try_from(*len).map_err(|_| "a large array")?;
+                let size = n_cells(self.unit, &element.ty)
+                    .ok_or("the size of an array element is not known")?;
+                let len = usize::try_from(*len).map_err(|_| "an array is too large")?;
                 let from: Vec<(Address, usize, Lit)> =
                     all.into_iter().map(|(it, when)| (it, len, when)).collect();
                 self.elements(&from, &index, size, place.span)
@@ -631,7 +644,8 @@ impl<'u> Program<'u> {
             PlaceKind::At(pointer, index) => {
                 let index = self.int(index, memory)?;
                 let all = self.targets(pointer, memory, place.span)?;
-                let size = n_cells(self.unit, &place.ty).ok_or("an element without a size")?;
+                let size = n_cells(self.unit, &place.ty)
+                    .ok_or("the size of an array element is not known")?;
                 let from: Vec<(Address, usize, Lit)> = all
                     .into_iter()
                     .map(|(it, extent, when)| (it, extent / size.max(1), when))
@@ -653,7 +667,7 @@ impl<'u> Program<'u> {
         loc: Loc,
     ) -> Done<Vec<(Address, usize, Lit)>> {
         let Scalar::Pointer(cases) = self.scalar(pointer, memory)? else {
-            return Err("a number used as a pointer".to_owned());
+            return Err("a number used as a pointer is not supported".to_owned());
         };
         let mut all = Vec::new();
         for (pointer, when) in cases {
@@ -664,7 +678,11 @@ impl<'u> Program<'u> {
                 }
             }
         }
-        if all.is_empty() { Err("a null or dangling pointer".to_owned()) } else { Ok(all) }
+        if all.is_empty() {
+            Err("a pointer is always null or dangling".to_owned())
+        } else {
+            Ok(all)
+        }
     }
 
     /// The elements at an index, counted from one of several addresses, each with the number of its elements.
@@ -690,7 +708,7 @@ impl<'u> Program<'u> {
                 None if len <= MAX_TARGETS => {
                     (0..len).map(|at| (at, index.is(&mut self.aig, at as i128))).collect()
                 }
-                None => return Err("an index into a large array".to_owned()),
+                None => return Err("an index into a large array is not supported".to_owned()),
             };
             for (at, is_here) in inside {
                 let when = self.aig.and(*when, is_here);
@@ -701,7 +719,7 @@ impl<'u> Program<'u> {
         }
         if all.is_empty() {
             // The obligation above fails on each path that reaches this point.
-            return Err("an index that is always outside of its array".to_owned());
+            return Err("an index is always outside of its array".to_owned());
         }
         Ok(all)
     }

@@ -147,9 +147,9 @@ impl<'u> Program<'u> {
         init: Option<&'u Init>,
         is_static: bool,
     ) -> Done<Vec<Rc<Cell>>> {
-        let n = n_cells(self.unit, ty).ok_or("an object without a size")?;
+        let n = n_cells(self.unit, ty).ok_or("the size of an object is not known")?;
         if n > 1 << 20 {
-            return Err("an object that is too large".to_owned());
+            return Err("an object is too large".to_owned());
         }
         let mut cells = Cell::unset(n);
         if init.is_some() || is_static {
@@ -170,10 +170,13 @@ impl<'u> Program<'u> {
     ) -> Done<Option<Scalar>> {
         let data = &self.unit.symbols[function];
         let Some(Function { params, body }) = self.functions.get(&function) else {
-            return Err(format!("a call of `{}`, which is not in the text", data.name));
+            return Err(format!(
+                "`{}` is called, but its definition is not in the text",
+                data.name
+            ));
         };
         if self.frames.len() > MAX_CALLS {
-            return Err("calls that are nested too deeply".to_owned());
+            return Err("calls are nested too deeply".to_owned());
         }
         let (params, body) = (*params, *body);
         let first = self.n_objects;
@@ -207,7 +210,7 @@ impl<'u> Program<'u> {
     pub(super) fn tick(&mut self) -> Done<()> {
         self.work += 1;
         if self.work > MAX_WORK {
-            return Err(format!("more than {MAX_WORK} steps of execution"));
+            return Err(format!("the execution takes more than {MAX_WORK} steps"));
         }
         if self.aig.len() > self.node_limit {
             return Err(format!("the reaction has more than {} nodes", self.node_limit));
@@ -271,7 +274,10 @@ impl<'u> Program<'u> {
                 let data = &self.unit.symbols[*symbol];
                 if matches!(data.kind, SymbolKind::Local { is_static: true }) {
                     if !self.unit.has_const(&data.canonical) {
-                        return Err(format!("the static object `{}`", data.name));
+                        return Err(format!(
+                            "the static object `{}`, which is not constant, is not supported",
+                            data.name
+                        ));
                     }
                     if !self.statics.contains_key(symbol) {
                         let cells = self.initialised(&data.canonical.ty, init.as_ref(), true)?;
@@ -332,7 +338,7 @@ impl<'u> Program<'u> {
             }
             StmtKind::Block(body) => self.block(body, memory),
             StmtKind::Barrier => Ok(Flow::on(memory)),
-            StmtKind::Opaque(_) => Err("C code of the chart's author".to_owned()),
+            StmtKind::Opaque(_) => Err("C code of the chart's author is not supported".to_owned()),
         }
     }
 
@@ -495,7 +501,7 @@ impl<'u> Program<'u> {
         let mut running = Lit::TRUE;
         for round in 0.. {
             if round > MAX_ROUNDS {
-                return Err(format!("a loop of more than {MAX_ROUNDS} rounds"));
+                return Err(format!("a loop has more than {MAX_ROUNDS} rounds"));
             }
             if let Some(condition) = condition.filter(|_| round > 0 || !is_do) {
                 let goes_on = self.truth(condition, &mut memory)?;

@@ -65,7 +65,7 @@ impl Attempt<'_> {
                     let own = self.fresh(1);
                     let word = words.entry(at).or_insert_with(|| vec![Lit::FALSE; width + 1]);
                     let bit = word.get_mut(bit as usize).filter(|_| (bit as usize) < width);
-                    *bit.ok_or("an output beyond its word")? = own[0];
+                    *bit.ok_or("the bit of an output is outside of its word")? = own[0];
                 } else {
                     cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
                 }
@@ -119,7 +119,7 @@ impl Attempt<'_> {
         place: &Place,
     ) -> Result<(usize, IntKind), String> {
         let unit = self.of.unit;
-        let missing = || format!("there is no member `{}`", place.member);
+        let missing = || format!("the text has no member `{}`", place.member);
         let id = of.ok_or_else(missing)?;
         let members = &unit.structs[id].members;
         let at = members.iter().position(|member| member.name == place.member);
@@ -148,7 +148,7 @@ impl Attempt<'_> {
     ) -> Result<Rc<Cell>, String> {
         let (cell, _) = self.cell_of(of, place)?;
         let found = memory.object(object).and_then(|cells| cells.get(cell));
-        found.cloned().ok_or_else(|| format!("there is no member `{}`", place.member))
+        found.cloned().ok_or_else(|| format!("the text has no member `{}`", place.member))
     }
 
     /// Calls a function of the interface with the arguments that its parameters require.
@@ -159,7 +159,8 @@ impl Attempt<'_> {
         dt: Option<&Number>,
     ) -> Result<(), String> {
         let name = format!("{}{suffix}", self.of.hint.prefix);
-        let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
+        let function =
+            self.function(&name).ok_or_else(|| format!("the text has no function `{name}`"))?;
         let arguments = self.arguments(function, dt)?;
         self.program.call(function, arguments, memory).map(|_| ())
     }
@@ -184,7 +185,12 @@ impl Attempt<'_> {
                         arguments.push(Scalar::Int(Int::Word(dt.clone())));
                         continue;
                     }
-                    _ => return Err(format!("the parameter `{}` is unknown", symbol.name)),
+                    _ => {
+                        return Err(format!(
+                            "the meaning of the parameter `{}` is not known",
+                            symbol.name
+                        ));
+                    }
                 },
             };
             let address = Address { object: Object::Changing(object), cell: 0 };
@@ -197,7 +203,8 @@ impl Attempt<'_> {
 
     /// The answer of a query, which must not change anything.
     pub(super) fn ask(&mut self, name: &str, memory: &Memory) -> Result<Int, String> {
-        let function = self.function(name).ok_or_else(|| format!("there is no `{name}`"))?;
+        let function =
+            self.function(name).ok_or_else(|| format!("the text has no function `{name}`"))?;
         let arguments = self.arguments(function, None)?;
         let mut after = memory.clone();
         let answer = self.program.call(function, arguments, &mut after)?;

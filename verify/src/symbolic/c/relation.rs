@@ -144,7 +144,7 @@ impl Attempt<'_> {
                 {
                     continue;
                 }
-                _ => return Err(format!("`{}` has no value", place.member)),
+                _ => return Err(format!("`{}` is not set", place.member)),
             };
             let broken = self.broken(holds, &value, state, fault);
             let add = |broken| Check { question: question.clone(), broken };

@@ -198,7 +198,7 @@ impl<'a> Interpreter<'a> {
     fn answer(&mut self, name: &str, memory: &Memory) -> Result<i64, String> {
         let value = self.attempt.ask(name, memory)?;
         let value = value.as_constant().and_then(|value| i64::try_from(value).ok());
-        value.ok_or_else(|| format!("`{name}` has no known answer"))
+        value.ok_or_else(|| format!("the result of `{name}` is not known"))
     }
 
     /// Fails if the last calls did something undefined.
@@ -208,7 +208,7 @@ impl<'a> Interpreter<'a> {
             match one.broken.as_constant() {
                 Some(true) => return Err(Stuck::Undefined(one.what, one.loc.0)),
                 Some(false) => {}
-                None => return Err(Stuck::Unsupported("a value that is not known".to_owned())),
+                None => return Err(Stuck::Unsupported("it is not known whether the behaviour is defined, because a value is not known".to_owned())),
             }
         }
         Ok(())

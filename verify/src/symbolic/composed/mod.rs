@@ -184,7 +184,7 @@ impl<'a> Both<'a> {
     ) -> Result<Self, Failed> {
         let mut model = Model::of(net, Some(depth), limits)?;
         if binding.busy.is_some() && !model.maker.shape.chart.kept.is_empty() {
-            let why = "a circuit with `busy` of a chart that ends is not covered".to_owned();
+            let why = "a circuit with `busy` is not covered if its chart can end".to_owned();
             return Err(Failed::Open(why));
         }
         let reset = model.maker.reset()?;
@@ -264,8 +264,8 @@ impl<'a> Both<'a> {
         all
     }
 
-    /// The nodes that are never true between reactions, which is assumed before a reaction and proved after it, with what is wrong otherwise: after power-up, and
-    /// after a reaction.
+    /// The nodes that are never true between reactions, each with two messages for the case that it is true: after power-up, and after a reaction. That they are
+    /// false is assumed before a reaction and proved after it.
     fn never(&self) -> impl Iterator<Item = (NodeId, &'static str, &'static str)> {
         const CODES: (&str, &str) =
             ("the power-up code encodes no step", "the transition into an unused code");

@@ -35,7 +35,10 @@ impl<'a> Reading<'a> {
             let Some(holds) = flop.holds else { continue };
             if is_own((holds.origin, holds.element, holds.bit), pieces, binding) {
                 if !keys.insert((holds.origin, holds.element, holds.bit)) {
-                    return Err(format!("flip-flop `{}` stores a bit again", flop.name));
+                    return Err(format!(
+                        "flip-flop `{}` stores a bit that another one already stores",
+                        flop.name
+                    ));
                 }
                 known.insert(id);
             }
