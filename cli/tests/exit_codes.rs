@@ -26,10 +26,11 @@ const SITUATIONS: [&str; 12] = [
 ];
 
 /// The verbs, in the order of the table.
-const VERBS: [&str; 14] = [
+const VERBS: [&str; 15] = [
     "new",
     "check",
     "build",
+    "split",
     "sim",
     "compare",
     "convert",
@@ -87,6 +88,15 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("build", 7, 4, "wide.graf --target c-program -o out"),
     ("build", 8, 0, "wide.graf --target c-program -o out --allow tested"),
     ("build", 9, 1, "warned.graf --target verilog -o out --deny warnings"),
+    ("split", 0, 0, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 1, 1, "bad.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 2, 1, "impossible.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 2, 1, "large.graf --part chip=gal16v8 --part cpu=atmega328p --place n=chip -o out"),
+    ("split", 3, 2, "good.graf --part chip=gal16v8 -o out"),
+    ("split", 3, 2, "good.graf --part chip=gal16w8 --part cpu=atmega328p -o out"),
+    ("split", 3, 2, "good.graf --part chip=gal16v8 --part cpu=atmega328p --place nobody=chip -o out"),
+    ("split", 4, 2, "missing.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 5, 2, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o good.graf/out"),
     ("sim", 0, 0, "good.graf --stimulus good.csv"),
     ("sim", 1, 1, "good.graf --stimulus bad.csv"),
     ("sim", 2, 1, "impossible.graf --random 3"),

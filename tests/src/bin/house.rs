@@ -26,11 +26,12 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
 /// The crates whose sources are measured; the crate of the tests is not.
-const CRATES: [&str; 12] = [
+const CRATES: [&str; 13] = [
     "ir",
     "logic",
     "frontend",
     "sim",
+    "split",
     "verify",
     "c",
     "backend-c",
