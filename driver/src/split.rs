@@ -22,7 +22,7 @@ use grafsynth_ir::diag::{any_error, nearest};
 use grafsynth_ir::division::Division;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Leaf, Net, PlacedItem};
-use grafsynth_ir::{Diagnostic, Valid, counted};
+use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::codes::APART;
 use grafsynth_split::partition::Unplaced;
@@ -251,7 +251,8 @@ fn unplaced(
                 part(other.part),
                 chain.join(", ")
             );
-            Diagnostic::error(APART, message).help("remove one of the places")
+            let found = Diagnostic::error(APART, message).help("remove one of the places");
+            written_at(written_at(found, one.span), other.span)
         }
         Unplaced::NeedsCpu(place, reason) => {
             let message = format!(
@@ -259,7 +260,7 @@ fn unplaced(
                 place.item.describe(net),
                 part(place.part)
             );
-            Diagnostic::error(codes::NO_PARTITION, message)
+            written_at(Diagnostic::error(codes::NO_PARTITION, message), place.span)
         }
         Unplaced::Conflict(conflict) => {
             let mut message = "no partition fits: ".to_owned();
@@ -283,6 +284,11 @@ fn unplaced(
         }
     };
     vec![one]
+}
+
+/// The finding with the location of a place, if that is in the chart.
+fn written_at(found: Diagnostic, span: Span) -> Diagnostic {
+    if span == Span::default() { found } else { found.at(span, "placed here") }
 }
 
 /// The constraints that exclude each other, with their numbers.
