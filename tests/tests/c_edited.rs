@@ -83,7 +83,15 @@ fn a_changed_number_is_found_by_executing_the_text() {
 /// The C of a small chart with this code before the last statements of `NAME_step`.
 fn with_code(code: &str) -> (Valid<Net>, Facts, Result<EditedC, Vec<Diagnostic>>) {
     let net = chart(
-        "chart c { input a: bool  output q: bool  initial step s { q }  step t  s -> t when a  t -> s when not a }",
+        "c.graf",
+        "chart c {
+            input a
+            output q
+            initial step s { q }
+            step t
+            s -> t when a
+            t -> s when not a
+        }",
     );
     let facts = facts(&net, &small_limits());
     let options = Options { style: Style::Switch, ..Options::default() };
@@ -114,8 +122,8 @@ fn long_and_deep_code_has_an_answer() {
         (nested("switch (1) { default: ", "", " }", 200), ""),
         (nested("do { ", "", " } while (false);", 200), ""),
         (nested("if (!(", "in->a", ")) { }", 1), ""),
-        (format!("if ({}) {{ }}", nested("!(", "in->a", ")", 200)), ""),
-        (format!("if ({}) {{ }}", nested("(in->a ? in->a : ", "true", ")", 200)), ""),
+        (format!("if ({}) {{ }}", nested("!(", "in->a", ")", 110)), ""),
+        (format!("if ({}) {{ }}", nested("(in->a ? in->a : ", "true", ")", 80)), ""),
         (long(" + 1", 200), ""),
         (long(" + 1", 900), run),
         (nested("if (in->a) { ", &long(" + 1", 300), " }", 200), run),
@@ -154,7 +162,7 @@ fn products_of_constants_of_64_bits_are_exact() {
             true,
         ),
         ("INT64_C(3037000500) * INT64_C(3037000500) > 0".to_owned(), false),
-        ("INT64_C(9223372036854775807) * INT64_C(-9223372036854775807) > 0".to_owned(), false),
+        ("INT64_C(9223372036854775807) * (-INT64_C(9223372036854775807)) > 0".to_owned(), false),
     ] {
         for operands in [condition.clone(), format!("{condition} && in->a")] {
             let is_alone = operands == condition;
