@@ -1,8 +1,8 @@
 //! The qualifiers of actions, of IEC 61131-3, as data: one row for each.
 //!
-//! A new qualifier is a variant of [`Qualifier`] and a row of `ROWS`, with variants of [`ActionPart`] for what it stores. All readers and writers of charts, the
-//! memory of the block in all engines, lints and random tests read the rows. The meaning itself is implemented once in each engine (ARCHITECTURE.md,
-//! "Adding a qualifier").
+//! A new qualifier is a variant of [`Qualifier`] and a row of `ROWS`, with variants of [`ActionPart`] for what it stores. All readers and writers of charts,
+//! the memory of the block in all engines, lints and random tests read the rows. The meaning is implemented once in each of the simulator, the program and
+//! the second encoding.
 
 /// Qualifiers of IEC 61131-3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
