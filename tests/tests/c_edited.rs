@@ -114,7 +114,10 @@ fn long_and_deep_code_has_an_answer() {
     let tree = "more than 1000 levels of operators";
     let run = "nested more than 400 levels";
     for (code, why) in [
-        (format!("if (in->a) {{ }}{}", " else if (in->a == (state == C_t)) { }".repeat(10_000)), ""),
+        (
+            format!("if (in->a) {{ }}{}", " else if (in->a == (state == C_t)) { }".repeat(10_000)),
+            "",
+        ),
         (long(" || in->a == (state == C_t)", 10_000), ""),
         (long(" && in->a != (state == C_t)", 10_000), ""),
         (nested("if (in->a) { ", "", " }", 200), ""),
