@@ -3,7 +3,8 @@
 use crate::{code, good};
 use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{ExprKind, Init, ItemKind, StmtKind, SymbolKind, Unit};
-use grafsynth_c::{Config, print};
+use grafsynth_c::{Config, Input, SourceFile, parse, print};
+use grafsynth_ir::FileId;
 
 const HEAD: &str = "#include <stdint.h>\n#include <stdbool.h>\n#include <limits.h>\n";
 
@@ -86,6 +87,7 @@ fn constants_are_computed_in_the_width_of_their_type() {
         ("INT_MAX == 32767", 0, 1),
         ("(signed char)-1 < 0U", 0, 0),
         ("'\\n'", 10, 10),
+        ("0xFFFFFFFFFFFFFFFFU * 0xFFFFFFFFFFFFFFFFU == 1", 1, 1),
     ] {
         assert_eq!(value(expr, &Config::host()), on_host, "{expr} on the host");
         assert_eq!(value(expr, &Config::avr()), on_avr, "{expr} on the AVR");
@@ -195,4 +197,43 @@ fn several_errors_are_reported() {
     let text = "void f(void) { a = 1; }\nvoid g(void) { b(); }\nint c(int x) { return x; }\n";
     let (_, found) = crate::read(text, &Config::host());
     assert_eq!(found.len(), 2, "{found:?}");
+}
+
+#[test]
+fn a_structure_is_constant_if_all_of_it_is() {
+    let text = "struct all { const int x; const int y[2]; int *const z; };
+        struct some { const int x; int y; };
+        struct target { const int *x; };
+        struct nested { struct all a; const struct some b; };
+        struct mixed { const struct all a; struct some b; };";
+    let unit = good(text, &Config::host());
+    let found: Vec<(&str, bool, bool)> = unit
+        .structs
+        .values()
+        .map(|it| (it.tag.as_deref().expect("a tag"), it.has_const, it.is_const))
+        .collect();
+    let wanted = [
+        ("all", true, true),
+        ("some", true, false),
+        ("target", false, false),
+        ("nested", true, true),
+        ("mixed", true, false),
+    ];
+    assert_eq!(found, wanted);
+}
+
+#[test]
+fn a_standard_header_is_never_a_file_of_the_project() {
+    let local = "int from_file;";
+    for (line, is_read) in [("#include \"own.h\"", true), ("#include <own.h>", false)] {
+        let text = format!("{line}\n");
+        let files = [("test.c", text.as_str()), ("own.h", local)].map(|(name, text)| SourceFile {
+            file: FileId(0),
+            name,
+            text,
+        });
+        let config = &Config::host();
+        let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config });
+        assert_eq!(unit.is_some(), is_read, "{found:?}");
+    }
 }

@@ -113,6 +113,10 @@ fn a_wrong_map_proves_nothing() {
         ("\"code\": 1", "\"code\": 2", 4, "no induction"),
         ("c-map-1", "c-map-9", 1, "format `grafsynth-c-map-9`"),
         ("\"chart\"", "\"chat\"", 1, "unknown field `chat`"),
+        ("\"press\"", "\"other\"", 1, "press.map.json: `chart`: the map is of the chart `other`"),
+        ("\"style\"", "\"gate\": false, \"style\"", 1, "`options.gate` has the value"),
+        ("\"holds\"", "\"element\": 0, \"holds\"", 1, "`instance[0]`: `element`: `"),
+        ("\"holds\"", "\"bit\": 0, \"holds\"", 1, "`instance[0]`: `bit`: "),
     ] {
         edit(folder.path(), map, from, to);
         let (found, text) = compare(folder.path());

@@ -5,10 +5,13 @@
 
 use grafsynth_backend_c::cost::{self, Goal};
 use grafsynth_backend_c::{Io, Options, Package, Style};
+use grafsynth_c::tree::types::Type;
+use grafsynth_c::tree::{Symbol, SymbolKind, Unit};
 use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{ActionId, EdgeId, InputId, Net, StepId, TimerId, VarId};
 use grafsynth_ir::program::{ActionPart, Origin};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// The format and its version.
 const FORMAT: &str = "grafsynth-c-map-1";
@@ -46,6 +49,24 @@ struct BuiltWith {
     prefix: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     stem: Option<String>,
+}
+
+/// The first member of a JSON text that is not written for the value that was read from it.
+fn unneeded(found: &Value, written: &Value, at: &str) -> Option<String> {
+    match (found, written) {
+        (Value::Object(found), Value::Object(written)) => found.iter().find_map(|(name, value)| {
+            let at = if at.is_empty() { name.clone() } else { format!("{at}.{name}") };
+            match written.get(name) {
+                Some(written) => unneeded(value, written, &at),
+                None => Some(at),
+            }
+        }),
+        (Value::Array(found), Value::Array(written)) => {
+            let mut pairs = found.iter().zip(written).enumerate();
+            pairs.find_map(|(n, (found, written))| unneeded(found, written, &format!("{at}[{n}]")))
+        }
+        _ => None,
+    }
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -140,7 +161,7 @@ impl CMap {
     /// Reads a map.
     ///
     /// # Errors
-    /// The text is not JSON, has another version, or has members that no map has. The message gives the line.
+    /// The text is not JSON, has another version, has members that no map has, or has values that `build` does not write; with the line or the member.
     pub fn parse(text: &str) -> Result<CMap, String> {
         /// Only the format, so that another version is not reported as an unknown member.
         #[derive(Deserialize)]
@@ -151,7 +172,67 @@ impl CMap {
         if head.format != FORMAT {
             return Err(format!("format `{}` (this version reads `{FORMAT}`)", head.format));
         }
-        serde_json::from_str(text).map_err(|error| error.to_string())
+        let map: CMap = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let found: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let written = serde_json::to_value(&map).map_err(|error| error.to_string())?;
+        match unneeded(&found, &written, "") {
+            Some(place) => {
+                Err(format!("`{place}` has the value that it has without being written; remove it"))
+            }
+            None => Ok(map),
+        }
+    }
+
+    /// Checks that the map is one of this chart.
+    ///
+    /// # Errors
+    /// It names another chart.
+    pub fn is_of(&self, net: &Net) -> Result<(), String> {
+        let name = &net.name.text;
+        if self.chart == *name {
+            return Ok(());
+        }
+        Err(format!(
+            "`chart`: the map is of the chart `{}`, and the chart is called `{name}`; name the map of this chart with `--map`, or write the new name here",
+            self.chart
+        ))
+    }
+
+    /// Checks that the members of the map are scalars of the instance: the structure `NAME_t` of a unit. Members that the structure does not have are not
+    /// checked, because the proof reports them.
+    ///
+    /// # Errors
+    /// The first member that is not, with its place in the map.
+    pub fn scalars_of(&self, unit: &Unit, instance: &str) -> Result<(), String> {
+        let is_it = |symbol: &&Symbol| {
+            symbol.name == instance && matches!(symbol.kind, SymbolKind::Typedef)
+        };
+        let symbol = unit.symbols.values().find(is_it);
+        let Some(id) = symbol.and_then(|it| it.canonical.ty.as_struct()) else { return Ok(()) };
+        for (at, Member { member, element, bit, .. }) in self.instance.iter().enumerate() {
+            let Some(found) = unit.structs[id].members.iter().find(|it| it.name == *member) else {
+                continue;
+            };
+            let why = match (&found.canonical.ty, element, bit) {
+                (_, _, Some(_)) => {
+                    "`bit`: a map tells nothing about single bits; remove it".to_owned()
+                }
+                (Type::Array(_, Some(len)), Some(element), None) if u64::from(*element) >= *len => {
+                    format!(
+                        "`element`: `{member}` has {len} elements, counted from 0; write a smaller number"
+                    )
+                }
+                (Type::Array(..), None, None) => {
+                    format!("`{member}` is an array; write which one with `element`")
+                }
+                (Type::Array(..), Some(_), None) | (_, None, None) => continue,
+                (_, Some(_), None) => {
+                    format!("`element`: `{member}` is not an array; remove it")
+                }
+            };
+            return Err(format!("`instance[{at}]`: {why}"));
+        }
+        Ok(())
     }
 
     /// The text of the file.
@@ -172,9 +253,15 @@ impl CMap {
     /// The options of the build.
     ///
     /// # Errors
-    /// A style or a machine is unknown.
+    /// A style or a machine is unknown, or an option that `build` would not accept with the others.
     pub fn options(&self) -> Result<Options, String> {
         let built = &self.options;
+        if built.optimise_size && built.machine.is_none() {
+            return Err("`optimise_size` needs a machine: write `for`, or remove it".to_owned());
+        }
+        if built.trace_ring.is_some_and(|n| !(1..=8192).contains(&n)) {
+            return Err("`trace_ring` must be a number from 1 to 8192".to_owned());
+        }
         let style = Style::from_name(&built.style);
         let machine =
             |name: &String| cost::machine(name).ok_or_else(|| format!("unknown machine `{name}`"));
@@ -209,26 +296,11 @@ impl CMap {
     }
 }
 
-/// The parts of a controlled action by their names in the map.
-const PARTS: [(ActionPart, &str); 10] = [
-    (ActionPart::S, "S"),
-    (ActionPart::L, "L"),
-    (ActionPart::D, "D"),
-    (ActionPart::P, "P"),
-    (ActionPart::P0, "P0"),
-    (ActionPart::P1, "P1"),
-    (ActionPart::SD, "SD"),
-    (ActionPart::DS, "DS"),
-    (ActionPart::DSHeld, "DS-held"),
-    (ActionPart::SL, "SL"),
-];
-
 /// What a scalar holds, for the map; `None` for parts of charts that no proof covers.
 fn held(net: &Net, holds: &Holds) -> Option<Held> {
     let step = |id: StepId| net.steps[id].name.text.clone();
     let number = |index: usize| u32::try_from(index).unwrap_or(u32::MAX);
-    let part = |part: ActionPart| PARTS.iter().find(|(known, _)| *known == part);
-    let part = |it: ActionPart| part(it).map_or(String::new(), |(_, name)| (*name).to_owned());
+    let part = |it: ActionPart| it.name().to_owned();
     Some(match holds {
         Holds::ActiveOf { steps, none } => Held::Active {
             steps: steps.iter().map(|(id, code)| Code { step: step(*id), code: *code }).collect(),
@@ -315,8 +387,7 @@ impl Names<'_> {
 
     fn holds(&self, held: &Held) -> Result<Holds, String> {
         let part = |name: &str| {
-            let known = PARTS.iter().find(|(_, known)| *known == name);
-            known.map(|(part, _)| *part).ok_or_else(|| format!("the unknown part `{name}`"))
+            ActionPart::named(name).ok_or_else(|| format!("the unknown part `{name}`"))
         };
         let mut element = 0;
         let origin = match held {
@@ -377,6 +448,22 @@ mod tests {
         ] {
             let error = CMap::parse(&good.replace(from, to)).unwrap_err();
             assert!(error.contains(why), "{to}: {error}");
+        }
+        for (from, to, place) in [
+            ("\"style\"", "\"gate\": false, \"style\"", "`options.gate`"),
+            ("\"style\"", "\"for\": null, \"style\"", "`options.for`"),
+            ("\"member\"", "\"bit\": null, \"member\"", "`instance[0].bit`"),
+        ] {
+            let error = CMap::parse(&good.replace(from, to)).unwrap_err();
+            assert!(error.starts_with(place) && error.ends_with("remove it"), "{to}: {error}");
+        }
+        for (options, why) in [
+            ("\"optimise_size\": true", "`optimise_size` needs a machine"),
+            ("\"trace_ring\": 0", "`trace_ring`"),
+        ] {
+            let text = good.replace("\"style\"", &format!("{options}, \"style\""));
+            let error = CMap::parse(&text).unwrap().options().unwrap_err();
+            assert!(error.starts_with(why), "{error}");
         }
         let unknown = CMap::parse(&good.replace("auto", "other")).unwrap();
         assert_eq!(unknown.options(), Err("unknown style `other`".to_owned()));

@@ -34,9 +34,8 @@ pub fn devices() -> impl Iterator<Item = (&'static str, String)> {
         if device.layout.is_none() {
             about += ", equations only";
         }
-        let aliases: Vec<&str> = device.aliases().collect();
-        if !aliases.is_empty() {
-            about += &format!("; also {}", aliases.join(" "));
+        if !device.aliases.is_empty() {
+            about += &format!("; also {}", device.aliases.join(" "));
         }
         (device.name, about)
     });

@@ -15,12 +15,12 @@
 //! The order of an arena is the declaration order of semantics.md §1; every order that matters (actions, conflicts, trace columns) is this one.
 
 mod behaviour;
+mod qualifier;
 mod remarks;
 mod texts;
 
-pub use behaviour::{
-    ActionUse, Block, ControlledAction, Qualifier, SendSlot, Stmt, StmtKind, Task, Verbatim,
-};
+pub use behaviour::{ActionUse, Block, ControlledAction, SendSlot, Stmt, StmtKind, Task, Verbatim};
+pub use qualifier::{ActionPart, Qualifier};
 pub use remarks::{
     Board, MacroStep, OpenCell, PlacedItem, Placement, Property, PropertyExpr, PropertyLeaf,
     PropertyRole, Unspecified,

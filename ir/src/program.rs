@@ -8,6 +8,7 @@
 
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
+pub use crate::net::ActionPart;
 use crate::net::{
     ActionId, EdgeId, HistoryId, InputId, OutputId, PartId, SendId, StepId, TimerId, TransitionId,
     VarId, Verbatim,
@@ -134,22 +135,6 @@ pub enum Origin {
     HeldOutput(OutputId, PartId),
     /// The value of a step's bit when an edge comparison started, and other auxiliary cells of one pass.
     Helper,
-}
-
-/// The parts of the ACTION_CONTROL block that keep state. `DSHeld` is the last input of the timer of DS, whose own latch comes after the timer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[expect(missing_docs, reason = "the names are those of the standard's block")]
-pub enum ActionPart {
-    S,
-    L,
-    D,
-    P,
-    P0,
-    P1,
-    SD,
-    DS,
-    DSHeld,
-    SL,
 }
 
 /// A value within a reaction.

@@ -5,9 +5,6 @@ use grafsynth_ir::net::{ActionId, Qualifier};
 use crate::layout::Cell;
 use crate::reaction::Reaction;
 
-const TIMED: [Qualifier; 5] =
-    [Qualifier::L, Qualifier::D, Qualifier::SD, Qualifier::DS, Qualifier::SL];
-
 /// The inputs of one action: for each qualifier, the OR over its uses.
 #[derive(Debug, Clone, Copy, Default)]
 #[expect(
@@ -35,7 +32,7 @@ impl Reaction<'_> {
             if self.action_has_ended(action) {
                 continue;
             }
-            for timed in TIMED {
+            for timed in Qualifier::ALL.into_iter().filter(|it| it.is_timed()) {
                 let Some(place) = self.tables.layout.find(Cell::ActionTimer(action, timed)) else {
                     continue;
                 };

@@ -157,22 +157,17 @@ impl Layout {
         for (action, data) in net.actions.iter() {
             self.of_action.push(self.cells.len() as u32);
             self.push(Cell::ActionQ(action));
-            let has = |qualifier| data.uses.iter().any(|one| one.qualifier == qualifier);
-            for latch in [Qualifier::S, Qualifier::SD, Qualifier::DS, Qualifier::SL] {
-                if has(latch) {
-                    self.push(Cell::Latch(action, latch));
-                }
+            let has = |it: &Qualifier| data.uses.iter().any(|one| one.qualifier == *it);
+            let used = || Qualifier::ALL.into_iter().filter(has);
+            for latch in used().filter(|it| it.is_stored()) {
+                self.push(Cell::Latch(action, latch));
             }
-            for timed in [Qualifier::L, Qualifier::D, Qualifier::SD, Qualifier::DS, Qualifier::SL] {
-                if has(timed) {
-                    self.push(Cell::ActionTimer(action, timed));
-                    self.push(Cell::ActionTimerHeld(action, timed));
-                }
+            for timed in used().filter(|it| it.is_timed()) {
+                self.push(Cell::ActionTimer(action, timed));
+                self.push(Cell::ActionTimerHeld(action, timed));
             }
-            for pulse in [Qualifier::P, Qualifier::P0, Qualifier::P1] {
-                if has(pulse) {
-                    self.push(Cell::Old(action, pulse));
-                }
+            for pulse in used().filter(|it| it.is_pulse()) {
+                self.push(Cell::Old(action, pulse));
             }
         }
         self.of_action.push(self.cells.len() as u32);

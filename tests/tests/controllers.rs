@@ -183,8 +183,12 @@ fn wide_arithmetic_is_exact_where_int_has_16_bits() {
             var rest: int -2000000000..2000000000 = 0
             var shorter: int -50000..50000 = 0
             var total: int -2000000000..2147483647 = 7
-            output high
-            initial step s { high if product / d > 60000 or total mod c = 7 }
+            output high, over, under
+            initial step s {
+                high if product / d > 60000 or total mod c = 7
+                over if total * 4 + 8589934592 > 4294967296
+                under if total * 4 - 8589934593 < -4294967296
+            }
             step r { high if a * b * 3 < -1000000 and not (a - b >= 70000) }
             t1: s -> r when a + 1 > b do {
                 sum := a + b; product := a * b; quotient := product * 1000 / d - a; rest := quotient mod c

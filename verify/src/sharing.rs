@@ -278,15 +278,14 @@ impl Look<'_> {
             }
         }
         for action in net.actions.values() {
-            let together = action.uses.iter().map(|one| match one.qualifier {
-                Qualifier::N | Qualifier::L | Qualifier::D | Qualifier::P | Qualifier::P1 => {
+            let together = action.uses.iter().map(|one| {
+                if one.qualifier == Qualifier::R {
+                    Together::Never
+                } else if one.qualifier.outlives_step() {
+                    Together::Seen
+                } else {
                     self.together(one.step)
                 }
-                // It may continue when its step is no longer active.
-                Qualifier::S | Qualifier::SD | Qualifier::DS | Qualifier::SL | Qualifier::P0 => {
-                    Together::Seen
-                }
-                Qualifier::R => Together::Never,
             });
             let mut accesses = of(&mut action.uses.iter().filter_map(|one| one.condition.as_ref()));
             accesses.block(net, &action.body);

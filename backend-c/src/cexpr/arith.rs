@@ -58,6 +58,7 @@ impl CExpr {
                 CExpr::arith(op, a, CExpr::int(magnitude)).neg()
             };
         }
+        let (op, a, b) = with_safe_constant(op, a, b);
         let class = Class::of(lo, hi).max(a.class).max(b.class);
         let prec = if op.is_sum() { Prec::Sum } else { Prec::Product };
         let sign = sign(op);
@@ -123,6 +124,35 @@ impl CExpr {
             inner.within(Prec::Unary)
         };
         CExpr::exact(format!("-{inner}"), Prec::Unary, class, (lo, hi))
+    }
+}
+
+/// A sum or difference without the constants that sdcc 4.2 takes for an 8051 as others: of a 64-bit constant whose low 32 bits are 0, it adds only the highest
+/// byte; of one whose low 32 bits are 1, it subtracts only these. The other operator with the negated constant is correct.
+fn with_safe_constant(op: ArithOp, a: CExpr, b: CExpr) -> (ArithOp, CExpr, CExpr) {
+    let negated = |it: &CExpr, low: i64| {
+        let is_wrong =
+            |value: &i64| Class::of(*value, *value) == Class::Huge && value & 0xffff_ffff == low;
+        it.constant().filter(is_wrong).and_then(i64::checked_neg).map(CExpr::int)
+    };
+    match op {
+        ArithOp::Add => match (negated(&a, 0), negated(&b, 0)) {
+            (_, Some(b)) => (ArithOp::Sub, a, b),
+            (Some(a), None) => (ArithOp::Sub, b, a),
+            (None, None) => (op, a, b),
+        },
+        ArithOp::Sub => match negated(&b, 1) {
+            Some(b) => (ArithOp::Add, a, b),
+            None => (op, a, b),
+        },
+        ArithOp::Mul
+        | ArithOp::Div
+        | ArithOp::Mod
+        | ArithOp::BitAnd
+        | ArithOp::BitOr
+        | ArithOp::BitXor
+        | ArithOp::Shl
+        | ArithOp::Shr => (op, a, b),
     }
 }
 
@@ -217,6 +247,21 @@ mod tests {
             ("x_mul64((int64_t)n, (int64_t)m)", Class::Huge)
         );
         assert_eq!(CExpr::arith_by(ArithOp::Mul, n, CExpr::int(9), "x").text, "n * 9");
+    }
+
+    #[test]
+    fn constants_that_sdcc_mistakes_are_negated() {
+        let text = |op, a: CExpr, b: CExpr| CExpr::arith(op, a, b).text;
+        let (n, int) = (|| var("n", 0, 9), CExpr::int);
+        let bits_33 = 1 << 33;
+        assert_eq!(text(ArithOp::Add, n(), int(bits_33)), "(int)n - -INT64_C(8589934592)");
+        assert_eq!(text(ArithOp::Add, int(bits_33), n()), "(int)n - -INT64_C(8589934592)");
+        assert_eq!(text(ArithOp::Add, n(), int(-bits_33)), "(int)n - INT64_C(8589934592)");
+        assert_eq!(text(ArithOp::Sub, n(), int(bits_33 + 1)), "(int)n + -INT64_C(8589934593)");
+        assert_eq!(text(ArithOp::Sub, n(), int(bits_33)), "(int)n - INT64_C(8589934592)");
+        assert_eq!(text(ArithOp::Add, n(), int(bits_33 + 1)), "(int)n + INT64_C(8589934593)");
+        assert_eq!(text(ArithOp::Sub, int(bits_33 + 1), n()), "INT64_C(8589934593) - (int)n");
+        assert_eq!(text(ArithOp::Sub, n(), int(1)), "(int)n - 1");
     }
 
     #[test]

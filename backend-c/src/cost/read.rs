@@ -169,7 +169,7 @@ impl Reader<'_> {
                 ItemKind::Object { symbol, init, .. } => {
                     let it = &self.from.symbols[*symbol].canonical;
                     let (ty, rom) = (self.ty(&it.ty), is_in_rom(it));
-                    let init = init.as_ref().filter(|_| self.from.has_const(it));
+                    let init = init.as_ref().filter(|_| self.from.is_const(it));
                     let numbers = init.and_then(|init| self.numbers(&ty, init));
                     self.unit.globals.insert(self.name(*symbol), Global { ty, rom, numbers });
                 }

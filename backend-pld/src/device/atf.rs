@@ -2,13 +2,17 @@
 
 use super::{Clock, DIP_24, Device, Figure, FlipFlop, Macrocell, Polarity, PowerUp, Source, cell};
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[ATF750C];
+
 /// A macrocell of which only the flip-flop at the pin is used, with all product terms.
 const fn both(pin: u32, terms: u32) -> Macrocell {
     Macrocell { flip_flops: &[FlipFlop::D, FlipFlop::T], ..cell(pin, terms, terms) }
 }
 
-pub(super) const ATF750C: Device = Device {
+const ATF750C: Device = Device {
     name: "atf750c",
+    aliases: &["atf750", "v750"],
     palasm: "ATV750",
     cupl: "v750c",
     package: "DIP24",

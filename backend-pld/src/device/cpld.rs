@@ -3,6 +3,16 @@
 
 use super::{Blocks, Clock, Device, Figure, FlipFlop, Macrocell, Polarity, PowerUp, Source};
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[
+    ATF1502_PLCC44,
+    ATF1502_TQFP44,
+    ATF1504_PLCC44,
+    ATF1504_TQFP44,
+    ATF1504_PLCC84,
+    ATF1508_PLCC84,
+];
+
 const BSDL: &str =
     "boundary scan descriptions of the manufacturer (BSDL), in whitequark's prjbureau";
 
@@ -154,6 +164,7 @@ const PLCC84: Package = Package {
 
 const fn device(
     name: &'static str,
+    aliases: &'static [&'static str],
     palasm: &'static str,
     chip: &'static str,
     cupl: &'static str,
@@ -163,6 +174,7 @@ const fn device(
 ) -> Device {
     Device {
         name,
+        aliases,
         palasm,
         cupl,
         package: package.name,
@@ -188,8 +200,9 @@ const fn device(
     }
 }
 
-pub(super) const ATF1502_PLCC44: Device = device(
+const ATF1502_PLCC44: Device = device(
     "atf1502-plcc44",
+    &["atf1502", "atf1502as", "atf1502asl", "atf1502asv", "f1502plcc44"],
     "ATF1502PLCC44",
     "ATF1502AS",
     "f1502ispplcc44",
@@ -197,8 +210,9 @@ pub(super) const ATF1502_PLCC44: Device = device(
     &OF_1502_PLCC44,
     &TWO,
 );
-pub(super) const ATF1502_TQFP44: Device = device(
+const ATF1502_TQFP44: Device = device(
     "atf1502-tqfp44",
+    &["f1502tqfp44"],
     "ATF1502TQFP44",
     "ATF1502AS",
     "f1502isptqfp44",
@@ -206,8 +220,9 @@ pub(super) const ATF1502_TQFP44: Device = device(
     &OF_1502_TQFP44,
     &TWO,
 );
-pub(super) const ATF1504_PLCC44: Device = device(
+const ATF1504_PLCC44: Device = device(
     "atf1504-plcc44",
+    &["atf1504", "atf1504as", "atf1504asl", "atf1504asv", "f1504plcc44"],
     "ATF1504PLCC44",
     "ATF1504AS",
     "f1504ispplcc44",
@@ -215,8 +230,9 @@ pub(super) const ATF1504_PLCC44: Device = device(
     &OF_1504_PLCC44,
     &FOUR,
 );
-pub(super) const ATF1504_TQFP44: Device = device(
+const ATF1504_TQFP44: Device = device(
     "atf1504-tqfp44",
+    &["f1504tqfp44"],
     "ATF1504TQFP44",
     "ATF1504AS",
     "f1504isptqfp44",
@@ -224,8 +240,9 @@ pub(super) const ATF1504_TQFP44: Device = device(
     &OF_1504_TQFP44,
     &FOUR,
 );
-pub(super) const ATF1504_PLCC84: Device = device(
+const ATF1504_PLCC84: Device = device(
     "atf1504-plcc84",
+    &["f1504plcc84"],
     "ATF1504PLCC84",
     "ATF1504AS",
     "f1504ispplcc84",
@@ -233,8 +250,9 @@ pub(super) const ATF1504_PLCC84: Device = device(
     &OF_1504_PLCC84,
     &FOUR,
 );
-pub(super) const ATF1508_PLCC84: Device = device(
+const ATF1508_PLCC84: Device = device(
     "atf1508-plcc84",
+    &["atf1508", "atf1508as", "atf1508asl", "atf1508asv", "f1508plcc84"],
     "ATF1508PLCC84",
     "ATF1508AS",
     "f1508ispplcc84",

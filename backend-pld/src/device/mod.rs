@@ -75,10 +75,12 @@ pub struct Blocks {
 }
 
 /// One device.
-#[derive(PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Device {
     /// Its name here and in `GALasm` (there in upper case).
     pub name: &'static str,
+    /// Its other names: of other manufacturers, of the PALs that it replaces, and in the languages.
+    pub aliases: &'static [&'static str],
     /// Its name in PALASM.
     pub palasm: &'static str,
     /// Its mnemonic in CUPL.
@@ -167,120 +169,36 @@ const fn cell(pin: u32, registered_terms: u32, combinational_terms: u32) -> Macr
 const DIP_20: (&[u32], &[u32]) = (&[10], &[20]);
 const DIP_24: (&[u32], &[u32]) = (&[12], &[24]);
 
-/// All devices, the default first.
-pub static DEVICES: &[Device] = &[
-    v10::GAL22V10,
-    v8::GAL16V8,
-    v8::GAL20V8,
-    ra10::GAL20RA10,
-    atf::ATF750C,
-    cpld::ATF1502_PLCC44,
-    cpld::ATF1502_TQFP44,
-    cpld::ATF1504_PLCC44,
-    cpld::ATF1504_TQFP44,
-    cpld::ATF1504_PLCC84,
-    cpld::ATF1508_PLCC84,
-    pal20::PAL16L8,
-    pal20::PAL16R4,
-    pal20::PAL16R6,
-    pal20::PAL16R8,
-    pal20::PAL10H8,
-    pal20::PAL12H6,
-    pal20::PAL14H4,
-    pal20::PAL16H2,
-    pal20::PAL10L8,
-    pal20::PAL12L6,
-    pal20::PAL14L4,
-    pal20::PAL16L2,
-    pal20::PAL16L8_AS_GAL,
-    pal20::PAL16R4_AS_GAL,
-    pal20::PAL16R6_AS_GAL,
-    pal20::PAL16R8_AS_GAL,
-    pal20::PAL10H8_AS_GAL,
-    pal20::PAL12H6_AS_GAL,
-    pal20::PAL14H4_AS_GAL,
-    pal20::PAL16H2_AS_GAL,
-    pal20::PAL10L8_AS_GAL,
-    pal20::PAL12L6_AS_GAL,
-    pal20::PAL14L4_AS_GAL,
-    pal20::PAL16L2_AS_GAL,
-];
+/// The families, the one with the default device first. Each lists its devices in its file.
+const FAMILIES: [&[Device]; 6] =
+    [v10::DEVICES, v8::DEVICES, ra10::DEVICES, atf::DEVICES, cpld::DEVICES, pal20::DEVICES];
 
-/// Other names for the devices, each with the name used here: names of other manufacturers, of the PALs that GALs replace, and of the
-/// languages.
-const ALIASES: &[(&str, &str)] = &[
-    ("pal22v10", "gal22v10"),
-    ("palce22v10", "gal22v10"),
-    ("ampal22v10", "gal22v10"),
-    ("atf22v10", "gal22v10"),
-    ("atf22v10c", "gal22v10"),
-    ("g22v10", "gal22v10"),
-    ("p22v10", "gal22v10"),
-    ("g22v10cp", "gal22v10"),
-    ("g22lv10", "gal22v10"),
-    ("g22lv10cp", "gal22v10"),
-    ("atf22lv10", "gal22v10"),
-    ("atf22lv10c", "gal22v10"),
-    ("palce16v8", "gal16v8"),
-    ("atf16v8", "gal16v8"),
-    ("atf16v8b", "gal16v8"),
-    ("g16v8", "gal16v8"),
-    ("g16v8a", "gal16v8"),
-    ("g16v8ms", "gal16v8"),
-    ("g16v8ma", "gal16v8"),
-    ("g16v8s", "gal16v8"),
-    ("g16v8as", "gal16v8"),
-    ("g16v8cp", "gal16v8"),
-    ("g16v8cps", "gal16v8"),
-    ("g16v8cpas", "gal16v8"),
-    ("g16v8cpma", "gal16v8"),
-    ("g16v8cpms", "gal16v8"),
-    ("p16v8", "gal16v8"),
-    ("atf16v8c", "gal16v8"),
-    ("palce20v8", "gal20v8"),
-    ("atf20v8", "gal20v8"),
-    ("g20v8", "gal20v8"),
-    ("g20v8a", "gal20v8"),
-    ("g20v8ms", "gal20v8"),
-    ("g20v8ma", "gal20v8"),
-    ("g20v8s", "gal20v8"),
-    ("g20v8as", "gal20v8"),
-    ("g20v8cp", "gal20v8"),
-    ("g20v8cps", "gal20v8"),
-    ("g20v8cpas", "gal20v8"),
-    ("g20v8cpma", "gal20v8"),
-    ("g20v8cpms", "gal20v8"),
-    ("p20v8", "gal20v8"),
-    ("atf20v8b", "gal20v8"),
-    ("pal20ra10", "gal20ra10"),
-    ("palce20ra10", "gal20ra10"),
-    ("p20ra10", "gal20ra10"),
-    ("g20ra10", "gal20ra10"),
-    ("atf750", "atf750c"),
-    ("v750", "atf750c"),
-    ("atf1502", "atf1502-plcc44"),
-    ("atf1502as", "atf1502-plcc44"),
-    ("atf1502asl", "atf1502-plcc44"),
-    ("atf1502asv", "atf1502-plcc44"),
-    ("f1502plcc44", "atf1502-plcc44"),
-    ("f1502tqfp44", "atf1502-tqfp44"),
-    ("atf1504", "atf1504-plcc44"),
-    ("atf1504as", "atf1504-plcc44"),
-    ("atf1504asl", "atf1504-plcc44"),
-    ("atf1504asv", "atf1504-plcc44"),
-    ("f1504plcc44", "atf1504-plcc44"),
-    ("f1504tqfp44", "atf1504-tqfp44"),
-    ("f1504plcc84", "atf1504-plcc84"),
-    ("atf1508", "atf1508-plcc84"),
-    ("atf1508as", "atf1508-plcc84"),
-    ("atf1508asl", "atf1508-plcc84"),
-    ("atf1508asv", "atf1508-plcc84"),
-    ("f1508plcc84", "atf1508-plcc84"),
-    ("pal20l8", "gal20v8"),
-    ("pal20r4", "gal20v8"),
-    ("pal20r6", "gal20v8"),
-    ("pal20r8", "gal20v8"),
-];
+const N_DEVICES: usize = {
+    let (mut n, mut at) = (0, 0);
+    while at < FAMILIES.len() {
+        n += FAMILIES[at].len();
+        at += 1;
+    }
+    n
+};
+
+static ALL: [Device; N_DEVICES] = {
+    let mut all = [FAMILIES[0][0]; N_DEVICES];
+    let (mut n, mut family) = (0, 0);
+    while family < FAMILIES.len() {
+        let mut at = 0;
+        while at < FAMILIES[family].len() {
+            all[n] = FAMILIES[family][at];
+            n += 1;
+            at += 1;
+        }
+        family += 1;
+    }
+    all
+};
+
+/// All devices, the default first.
+pub static DEVICES: &[Device] = &ALL;
 
 /// Shows only the name, because the tables are long and the name identifies them.
 impl std::fmt::Debug for Device {
@@ -306,15 +224,14 @@ impl Device {
     #[must_use]
     pub fn find(name: &str) -> Option<&'static Device> {
         let name = name.to_ascii_lowercase();
-        let name =
-            ALIASES.iter().find(|(alias, _)| *alias == name).map_or(name.as_str(), |(_, own)| own);
         let is_named = |device: &&Device| {
-            device.programmers.iter().any(|part| part.eq_ignore_ascii_case(name))
+            device.programmers.iter().any(|part| part.eq_ignore_ascii_case(&name))
                 || device.name == name
                 || device.cupl == name
-                || device.palasm.eq_ignore_ascii_case(name)
+                || device.palasm.eq_ignore_ascii_case(&name)
         };
-        DEVICES.iter().find(is_named)
+        let has_alias = |device: &&Device| device.aliases.contains(&name.as_str());
+        DEVICES.iter().find(has_alias).or_else(|| DEVICES.iter().find(is_named))
     }
 
     /// The part that a name identifies exactly, as `minipro` names it.
@@ -328,14 +245,10 @@ impl Device {
         DEVICES.iter()
     }
 
-    /// The other names of this device, for example by other manufacturers.
-    pub fn aliases(&self) -> impl Iterator<Item = &'static str> {
-        ALIASES.iter().filter(|(_, own)| *own == self.name).map(|(alias, _)| *alias)
-    }
-
     /// All names that [`Device::find`] knows.
     pub fn names() -> impl Iterator<Item = &'static str> {
-        DEVICES.iter().map(|device| device.name).chain(ALIASES.iter().map(|(alias, _)| *alias))
+        let names = DEVICES.iter().map(|device| device.name);
+        names.chain(DEVICES.iter().flat_map(|device| device.aliases.iter().copied()))
     }
 
     /// The macrocell of a pin.
@@ -394,6 +307,7 @@ impl Device {
 #[cfg(test)]
 mod tests {
     use super::{Clock, DEVICES, Device, Macrocell, Source, layout};
+    use std::collections::BTreeSet;
 
     #[test]
     fn every_pin_of_a_device_has_one_use() {
@@ -461,7 +375,12 @@ mod tests {
     #[test]
     fn other_makers_names_are_found() {
         assert_eq!(Device::find("ATF22V10").unwrap().name, "gal22v10");
-        assert!(Device::names().all(|name| Device::find(name).is_some()));
+        let names: BTreeSet<&str> = Device::names().collect();
+        assert_eq!(names.len(), Device::names().count(), "a name is used twice");
+        for device in DEVICES {
+            let all = device.aliases.iter().chain([&device.name]);
+            all.for_each(|name| assert_eq!(Device::find(name), Some(device), "{name}"));
+        }
         let exact = Device::find("atf22v10cqz").unwrap();
         assert_eq!((exact.name, exact.part("atf22v10cqz")), ("gal22v10", Some("ATF22V10CQZ")));
         assert_eq!(exact.part("gal22v10"), None);

@@ -5,6 +5,34 @@ use super::{
     Clock, DIP_20, Device, Figure, Macrocell, Polarity, PowerUp, Source, bipolar, cell, v8,
 };
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[
+    PAL16L8,
+    PAL16R4,
+    PAL16R6,
+    PAL16R8,
+    PAL10H8,
+    PAL12H6,
+    PAL14H4,
+    PAL16H2,
+    PAL10L8,
+    PAL12L6,
+    PAL14L4,
+    PAL16L2,
+    PAL16L8_AS_GAL,
+    PAL16R4_AS_GAL,
+    PAL16R6_AS_GAL,
+    PAL16R8_AS_GAL,
+    PAL10H8_AS_GAL,
+    PAL12H6_AS_GAL,
+    PAL14H4_AS_GAL,
+    PAL16H2_AS_GAL,
+    PAL10L8_AS_GAL,
+    PAL12L6_AS_GAL,
+    PAL14L4_AS_GAL,
+    PAL16L2_AS_GAL,
+];
+
 const READ: &str = "device tables of MAME jedutil; files of National's EQN2JED for PAL12L6 and PAL16R8 decode to their equations";
 
 const FIGURES: &[Figure] = &[
@@ -52,6 +80,7 @@ const fn plain(
 ) -> Device {
     Device {
         name,
+        aliases: &[],
         palasm,
         cupl,
         package: "DIP20",
@@ -110,7 +139,7 @@ const fn as_gal(name: &'static str, pal: Device) -> Device {
     }
 }
 
-pub(super) const PAL16R8: Device = plain(
+const PAL16R8: Device = plain(
     ["pal16r8", "PAL16R8", "p16r8"],
     &[
         registers(12),
@@ -125,7 +154,7 @@ pub(super) const PAL16R8: Device = plain(
     &bipolar::R8,
 );
 
-pub(super) const PAL16R6: Device = plain(
+const PAL16R6: Device = plain(
     ["pal16r6", "PAL16R6", "p16r6"],
     &[
         gate(12),
@@ -140,7 +169,7 @@ pub(super) const PAL16R6: Device = plain(
     &bipolar::R6,
 );
 
-pub(super) const PAL16R4: Device = plain(
+const PAL16R4: Device = plain(
     ["pal16r4", "PAL16R4", "p16r4"],
     &[
         gate(12),
@@ -160,7 +189,7 @@ const SIX: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 19];
 const FOUR: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 18, 19];
 const TWO: &[u32] = &[1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14, 17, 18, 19];
 
-pub(super) const PAL16L8: Device = combinational(
+const PAL16L8: Device = combinational(
     ["pal16l8", "PAL16L8", "p16l8"],
     Polarity::ActiveLow,
     NINE,
@@ -192,7 +221,7 @@ const OF_TWO: &[Macrocell] = &[cell(15, 0, 8), cell(16, 0, 8)];
 
 macro_rules! small {
     ($name:ident, $lower:literal, $upper:literal, $cupl:literal, $polarity:ident, $inputs:expr, $cells:expr, $deaf:expr, $map:ident) => {
-        pub(super) const $name: Device = combinational(
+        const $name: Device = combinational(
             [$lower, $upper, $cupl],
             Polarity::$polarity,
             $inputs,
@@ -217,15 +246,15 @@ small!(PAL12L6, "pal12l6", "PAL12L6", "p12l6", ActiveLow, SIX, OF_SIX, DEAF_SIX,
 small!(PAL14L4, "pal14l4", "PAL14L4", "p14l4", ActiveLow, FOUR, OF_FOUR, DEAF_FOUR, L4);
 small!(PAL16L2, "pal16l2", "PAL16L2", "p16l2", ActiveLow, TWO, OF_TWO, DEAF_TWO, L2);
 
-pub(super) const PAL16L8_AS_GAL: Device = as_gal("pal16l8-as-gal16v8", PAL16L8);
-pub(super) const PAL16R4_AS_GAL: Device = as_gal("pal16r4-as-gal16v8", PAL16R4);
-pub(super) const PAL16R6_AS_GAL: Device = as_gal("pal16r6-as-gal16v8", PAL16R6);
-pub(super) const PAL16R8_AS_GAL: Device = as_gal("pal16r8-as-gal16v8", PAL16R8);
-pub(super) const PAL10H8_AS_GAL: Device = as_gal("pal10h8-as-gal16v8", PAL10H8);
-pub(super) const PAL12H6_AS_GAL: Device = as_gal("pal12h6-as-gal16v8", PAL12H6);
-pub(super) const PAL14H4_AS_GAL: Device = as_gal("pal14h4-as-gal16v8", PAL14H4);
-pub(super) const PAL16H2_AS_GAL: Device = as_gal("pal16h2-as-gal16v8", PAL16H2);
-pub(super) const PAL10L8_AS_GAL: Device = as_gal("pal10l8-as-gal16v8", PAL10L8);
-pub(super) const PAL12L6_AS_GAL: Device = as_gal("pal12l6-as-gal16v8", PAL12L6);
-pub(super) const PAL14L4_AS_GAL: Device = as_gal("pal14l4-as-gal16v8", PAL14L4);
-pub(super) const PAL16L2_AS_GAL: Device = as_gal("pal16l2-as-gal16v8", PAL16L2);
+const PAL16L8_AS_GAL: Device = as_gal("pal16l8-as-gal16v8", PAL16L8);
+const PAL16R4_AS_GAL: Device = as_gal("pal16r4-as-gal16v8", PAL16R4);
+const PAL16R6_AS_GAL: Device = as_gal("pal16r6-as-gal16v8", PAL16R6);
+const PAL16R8_AS_GAL: Device = as_gal("pal16r8-as-gal16v8", PAL16R8);
+const PAL10H8_AS_GAL: Device = as_gal("pal10h8-as-gal16v8", PAL10H8);
+const PAL12H6_AS_GAL: Device = as_gal("pal12h6-as-gal16v8", PAL12H6);
+const PAL14H4_AS_GAL: Device = as_gal("pal14h4-as-gal16v8", PAL14H4);
+const PAL16H2_AS_GAL: Device = as_gal("pal16h2-as-gal16v8", PAL16H2);
+const PAL10L8_AS_GAL: Device = as_gal("pal10l8-as-gal16v8", PAL10L8);
+const PAL12L6_AS_GAL: Device = as_gal("pal12l6-as-gal16v8", PAL12L6);
+const PAL14L4_AS_GAL: Device = as_gal("pal14l4-as-gal16v8", PAL14L4);
+const PAL16L2_AS_GAL: Device = as_gal("pal16l2-as-gal16v8", PAL16L2);

@@ -5,6 +5,9 @@ use super::layout::{
 };
 use super::{Clock, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[GAL20RA10];
+
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
 static CELLS: [CellFuses; 10] = cells(23, 8, 3200, None);
@@ -55,8 +58,9 @@ static LAYOUT: Layout = Layout {
     source: READ,
 };
 
-pub(super) const GAL20RA10: Device = Device {
+const GAL20RA10: Device = Device {
     name: "gal20ra10",
+    aliases: &["pal20ra10", "palce20ra10", "p20ra10", "g20ra10"],
     palasm: "PAL20RA10",
     cupl: "p20ra10",
     package: "DIP24",

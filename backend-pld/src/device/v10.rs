@@ -5,6 +5,9 @@ use super::layout::{
 };
 use super::{Clock, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[GAL22V10];
+
 const READ: &str = "device tables of galette and MAME jedutil; golden files of galette";
 
 const fn fuses(pin: u32, row: u32, n_rows: u32) -> CellFuses {
@@ -83,8 +86,22 @@ static LAYOUT: Layout = Layout {
     source: READ,
 };
 
-pub(super) const GAL22V10: Device = Device {
+const GAL22V10: Device = Device {
     name: "gal22v10",
+    aliases: &[
+        "pal22v10",
+        "palce22v10",
+        "ampal22v10",
+        "atf22v10",
+        "atf22v10c",
+        "g22v10",
+        "p22v10",
+        "g22v10cp",
+        "g22lv10",
+        "g22lv10cp",
+        "atf22lv10",
+        "atf22lv10c",
+    ],
     palasm: "PAL22V10",
     cupl: "g22v10",
     package: "DIP24",

@@ -5,6 +5,9 @@ use super::layout::{
 };
 use super::{Clock, DIP_20, DIP_24, Device, Figure, Polarity, PowerUp, Source, cell};
 
+/// The devices of this file.
+pub(super) const DEVICES: &[Device] = &[GAL16V8, GAL20V8];
+
 /// The parts of this fuse map that `minipro` lists and that public projects use; the usual one first.
 pub(super) const PARTS_16V8: &[&str] = &["GAL16V8D", "ATF16V8B", "ATF16V8C"];
 
@@ -240,8 +243,26 @@ pub(super) const FIGURES: &[Figure] = &[
     },
 ];
 
-pub(super) const GAL16V8: Device = Device {
+const GAL16V8: Device = Device {
     name: "gal16v8",
+    aliases: &[
+        "palce16v8",
+        "atf16v8",
+        "atf16v8b",
+        "g16v8",
+        "g16v8a",
+        "g16v8ms",
+        "g16v8ma",
+        "g16v8s",
+        "g16v8as",
+        "g16v8cp",
+        "g16v8cps",
+        "g16v8cpas",
+        "g16v8cpma",
+        "g16v8cpms",
+        "p16v8",
+        "atf16v8c",
+    ],
     palasm: "PALCE16V8",
     cupl: "g16v8",
     package: "DIP20",
@@ -275,8 +296,29 @@ pub(super) const GAL16V8: Device = Device {
     figures: FIGURES,
 };
 
-pub(super) const GAL20V8: Device = Device {
+const GAL20V8: Device = Device {
     name: "gal20v8",
+    aliases: &[
+        "palce20v8",
+        "atf20v8",
+        "g20v8",
+        "g20v8a",
+        "g20v8ms",
+        "g20v8ma",
+        "g20v8s",
+        "g20v8as",
+        "g20v8cp",
+        "g20v8cps",
+        "g20v8cpas",
+        "g20v8cpma",
+        "g20v8cpms",
+        "p20v8",
+        "atf20v8b",
+        "pal20l8",
+        "pal20r4",
+        "pal20r6",
+        "pal20r8",
+    ],
     palasm: "PALCE20V8",
     cupl: "g20v8",
     package: "DIP24",

@@ -1,7 +1,7 @@
 //! Specifiers and declarators (C99 6.7.2..6.7.6): the types of declared names.
 
 use super::lexer::TokenKind;
-use super::{Parser, Read};
+use super::{MAX_DEPTH, Parser, Read};
 use crate::codes;
 use crate::tree::types::{
     FunctionType, IntKind, MAX_TYPE_DEPTH, Qualified, Qualifiers, Space, Type,
@@ -304,6 +304,9 @@ impl<'a> Parser<'a, '_> {
                     members: Vec::new(),
                     layout: None,
                     has_const: false,
+                    is_const: false,
+                    n_scalars: 0,
+                    nesting: 0,
                     span: Loc(start),
                 };
                 self.unit.structs.push(new)
@@ -321,10 +324,20 @@ impl<'a> Parser<'a, '_> {
             if layout.is_none() {
                 return self.fail(codes::TYPE, "the structure is too large", start, "here");
             }
-            let has_const = members.iter().any(|member| self.unit.has_const(&member.canonical));
+            let types = || members.iter().map(|member| &member.canonical);
+            let nesting = 1 + types().map(|it| self.unit.struct_nesting(&it.ty)).max().unwrap_or(0);
+            if nesting > MAX_DEPTH {
+                let message = format!("structures are nested more than {MAX_DEPTH} levels deep");
+                return self.fail(codes::LIMIT, message, start, "here");
+            }
+            let scalars = types().map(|it| self.unit.n_scalars(&it.ty).unwrap_or(0));
+            let n_scalars = scalars.fold(0, u64::saturating_add);
+            let has_const = types().any(|it| self.unit.has_const(it));
+            let is_const = types().all(|it| self.unit.is_const(it));
             let tag = self.unit.structs[id].tag.take();
             let span = self.unit.structs[id].span;
-            self.unit.structs[id] = Struct { tag, members, layout, has_const, span };
+            self.unit.structs[id] =
+                Struct { tag, members, layout, has_const, is_const, n_scalars, nesting, span };
             found.defines = Some(Tag::Struct(id));
         }
         found.mentions = true;

@@ -30,7 +30,7 @@ use headers::Source;
 use lexer::{Token, TokenKind};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The maximum nesting of brackets, operators, blocks and declarators.
+/// The maximum nesting of brackets, operators, blocks, declarators and structures.
 pub const MAX_DEPTH: usize = 256;
 /// The maximum height of the tree of one expression.
 pub const MAX_HEIGHT: usize = 1000;

@@ -324,6 +324,12 @@ impl<'a> Preprocessor<'a> {
             }
             return Ok(());
         }
+        if is_standard {
+            let message = format!("the standard header `<{name}>` is not known");
+            let found = Diagnostic::error(codes::PREPROCESSOR, message).at(span, "included here");
+            let help = format!("write `#include \"{name}\"` for a file in the same folder");
+            return Err(Box::new(found.help(help)));
+        }
         match self.input.files.iter().position(|file| file.name == name) {
             Some(at) => self.file(at, depth + 1),
             None => error(format!("the file `{name}` is not known"), span, "included here"),

@@ -120,7 +120,8 @@ impl Unit {
 pub fn binary(machine: &Machine, op: BinaryOp, kind: IntKind, a: i128, b: i128) -> Option<i128> {
     let truth = |it: bool| Some(i128::from(it));
     let value = match op {
-        BinaryOp::Mul => a.checked_mul(b)?,
+        // Exact for signed types, whose values have at most 64 bits; the product of two unsigned values can exceed 127 bits, but only its low bits matter.
+        BinaryOp::Mul => a.wrapping_mul(b),
         BinaryOp::Div => a.checked_div(b)?,
         BinaryOp::Rem => {
             // If the quotient is not representable, the remainder is not defined either (C99 6.5.5p6).

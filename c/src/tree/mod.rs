@@ -117,6 +117,12 @@ pub struct Struct {
     pub layout: Option<(u64, u64)>,
     /// True if a member, or a part of one, is `const`: then the structure cannot be assigned as a whole (C99 6.3.2.1p1).
     pub has_const: bool,
+    /// True if every scalar in it is `const`: then its value never changes.
+    pub is_const: bool,
+    /// The number of scalars in it, with those of its structures and arrays; `u64::MAX` if there are more.
+    pub n_scalars: u64,
+    /// The nesting: 1 if no member is or contains a structure.
+    pub nesting: usize,
     /// The location of the first mention.
     pub span: Loc,
 }

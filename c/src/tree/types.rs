@@ -409,6 +409,51 @@ impl Unit {
         inner || ty.qualifiers.is_const
     }
 
+    /// True if every scalar of an object of the type is `const`, so that its value never changes.
+    #[must_use]
+    pub fn is_const(&self, ty: &Qualified) -> bool {
+        let inner = match &ty.ty {
+            Type::Array(element, _) => self.is_const(element),
+            Type::Struct(id) => self.structs[*id].is_const,
+            Type::Void
+            | Type::Int(_)
+            | Type::Enum(_)
+            | Type::Pointer(_)
+            | Type::Function(_)
+            | Type::Named(_) => false,
+        };
+        inner || ty.qualifiers.is_const
+    }
+
+    /// The number of scalars of an object of a canonical type, `u64::MAX` if there are more; `None` for types without objects.
+    #[must_use]
+    pub fn n_scalars(&self, ty: &Type) -> Option<u64> {
+        match ty {
+            Type::Int(_) | Type::Enum(_) | Type::Pointer(_) => Some(1),
+            Type::Array(element, len) => Some(self.n_scalars(&element.ty)?.saturating_mul((*len)?)),
+            Type::Struct(id) => {
+                let data = &self.structs[*id];
+                data.layout.map(|_| data.n_scalars)
+            }
+            Type::Void | Type::Function(_) | Type::Named(_) => None,
+        }
+    }
+
+    /// How deep structures are nested in a type: 0 if there is none.
+    #[must_use]
+    pub fn struct_nesting(&self, ty: &Type) -> usize {
+        match ty {
+            Type::Array(element, _) => self.struct_nesting(&element.ty),
+            Type::Struct(id) => self.structs[*id].nesting,
+            Type::Void
+            | Type::Int(_)
+            | Type::Enum(_)
+            | Type::Pointer(_)
+            | Type::Function(_)
+            | Type::Named(_) => 0,
+        }
+    }
+
     /// The integer type of a canonical type, if it is an integer or an enumeration.
     #[must_use]
     pub fn integer(&self, ty: &Type) -> Option<IntKind> {

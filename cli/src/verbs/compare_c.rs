@@ -29,6 +29,8 @@ pub(super) struct Emitted {
     path: String,
     texts: Vec<CText>,
     map: Option<CMap>,
+    /// The path of the map.
+    map_path: String,
 }
 
 /// Reads a file if it is C that `build` emitted: it has a map, or it defines `NAME_init` and `NAME_step`. `None` if it is something else.
@@ -42,7 +44,8 @@ pub(super) fn recognised(
         return Ok(None);
     }
     let beside = files::companion(path, "map.json").filter(|beside| !files::is_link(beside));
-    let map = match arguments.map.clone().or(beside) {
+    let map_path = arguments.map.clone().or(beside);
+    let map = match map_path.clone() {
         None => None,
         Some(path) => {
             let file = session.text(&path)?;
@@ -53,7 +56,12 @@ pub(super) fn recognised(
     };
     let texts = texts(session, path)?;
     let is_it = map.is_some() || edited_c::is_emitted(&texts);
-    Ok(is_it.then(|| Emitted { path: path.to_owned(), texts, map }))
+    Ok(is_it.then(|| Emitted {
+        path: path.to_owned(),
+        texts,
+        map,
+        map_path: map_path.unwrap_or_default(),
+    }))
 }
 
 /// The C file, and the files in its folder that it includes.
@@ -119,10 +127,12 @@ pub(super) fn run(
     let net = &design.net;
     let limits = Limits::default();
     let facts = pipeline::facts(net, &limits);
+    let wrong = |why| Stop::Input(format!("{}: {why}", emitted.map_path));
     let options = match &emitted.map {
-        Some(map) => map
-            .options()
-            .map_err(|why| Stop::Input(format!("the map of {}: {why}", emitted.path)))?,
+        Some(map) => {
+            map.is_of(net).map_err(wrong)?;
+            map.options().map_err(wrong)?
+        }
         None => grafsynth_backend_c::Options {
             stem: FileStem::of_path(&emitted.path).map(|stem| stem.as_str().to_owned()),
             machine: input.reading.machine,
@@ -137,6 +147,10 @@ pub(super) fn run(
             return if any_error(&found) { Err(Stop::Errors) } else { Ok(Exit::Errors) };
         }
     };
+    if let Some(map) = &emitted.map {
+        let instance = format!("{}_t", edited.package.prefix());
+        map.scalars_of(&edited.unit, &instance).map_err(wrong)?;
+    }
     let one = One { session, arguments, net, facts: &facts, edited: &edited, limits: &limits };
     let line = one.line(emitted)?;
     report(session, net, arguments.trace.as_deref(), &line)?;

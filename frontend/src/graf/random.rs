@@ -215,19 +215,13 @@ fn step_item(r: &mut Random) -> StepItem {
                 2 => (ActionHow::After(3_000_000_000), r.some(30, |r| truth(r, 2)), None),
                 3 => (ActionHow::For(10_000_000), None, None),
                 4 => {
-                    let q = [
-                        Qualifier::N,
-                        Qualifier::R,
-                        Qualifier::S,
-                        Qualifier::P,
-                        Qualifier::P0,
-                        Qualifier::P1,
-                    ];
+                    let q: Vec<Qualifier> =
+                        Qualifier::ALL.into_iter().filter(|it| !it.is_timed()).collect();
                     (ActionHow::Qualified(r.pick(&q), None), r.some(30, |r| truth(r, 1)), None)
                 }
                 _ => {
-                    let q =
-                        [Qualifier::D, Qualifier::L, Qualifier::SD, Qualifier::DS, Qualifier::SL];
+                    let q: Vec<Qualifier> =
+                        Qualifier::ALL.into_iter().filter(|it| it.is_timed()).collect();
                     (
                         ActionHow::Qualified(r.pick(&q), Some(500_000_000)),
                         r.some(30, |r| truth(r, 1)),

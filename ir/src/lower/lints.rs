@@ -50,7 +50,7 @@ fn stays_active(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut pulsed: IdMap<Step, Option<&crate::Name>> = IdMap::filled(&net.steps, None);
     for action in net.actions.values() {
         for one in &action.uses {
-            if matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0) {
+            if one.qualifier.is_pulse() {
                 pulsed[one.step].get_or_insert(&action.name);
             }
         }
@@ -98,7 +98,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
     for action in net.actions.values() {
         let mut by_step: BTreeMap<(StepId, Qualifier), Span> = BTreeMap::new();
         for one in action.uses.iter().filter(|one| one.condition.is_none()) {
-            if matches!(one.qualifier, Qualifier::P | Qualifier::P1 | Qualifier::P0) {
+            if one.qualifier.is_pulse() {
                 by_step.insert((one.step, one.qualifier), one.span);
             }
         }
@@ -113,7 +113,7 @@ fn one_pulse(net: &Net, out: &mut Vec<Diagnostic>) {
                 .flat_map(|from| transition.enters.iter().map(move |enter| (*from, *enter)))
             {
                 let Enter::Step(to) = enter else { continue };
-                for qualifier in [Qualifier::P, Qualifier::P1, Qualifier::P0] {
+                for qualifier in Qualifier::ALL.into_iter().filter(|it| it.is_pulse()) {
                     let (Some(first), Some(second)) =
                         (by_step.get(&(from, qualifier)), by_step.get(&(to, qualifier)))
                     else {

@@ -1,6 +1,6 @@
 //! The behaviour of steps and transitions: statement lists, tasks, actions with qualifiers, delayed events.
 
-use super::{Expr, InputId, Meta, OutputId, SendId, StepId, VarId};
+use super::{Expr, InputId, Meta, OutputId, Qualifier, SendId, StepId, VarId};
 use crate::span::{Name, Span};
 
 /// A list of statements; they run in order, and each sees the effects of the earlier ones (unless assignments are simultaneous).
@@ -101,77 +101,6 @@ pub struct ActionUse {
     pub condition: Option<Expr>,
     /// Source location.
     pub span: Span,
-}
-
-/// Qualifiers of IEC 61131-3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[expect(missing_docs, reason = "the names are those of the standard")]
-pub enum Qualifier {
-    N,
-    R,
-    S,
-    L,
-    D,
-    P,
-    P0,
-    P1,
-    SD,
-    DS,
-    SL,
-}
-
-impl Qualifier {
-    /// All qualifiers, in the order of the standard's table.
-    pub const ALL: [Qualifier; 11] = [
-        Qualifier::N,
-        Qualifier::R,
-        Qualifier::S,
-        Qualifier::L,
-        Qualifier::D,
-        Qualifier::P,
-        Qualifier::P0,
-        Qualifier::P1,
-        Qualifier::SD,
-        Qualifier::DS,
-        Qualifier::SL,
-    ];
-
-    /// The letters of all qualifiers, as a list in a message.
-    #[must_use]
-    pub fn known() -> String {
-        let [others @ .., last] = Self::ALL.map(Self::letters);
-        format!("{} or {last}", others.join(", "))
-    }
-
-    /// True for a qualifier that makes all uses of its action controlled.
-    #[must_use]
-    pub const fn is_controlling(self) -> bool {
-        !matches!(self, Qualifier::N | Qualifier::L | Qualifier::D)
-    }
-
-    /// True for a qualifier with a duration.
-    #[must_use]
-    pub const fn is_timed(self) -> bool {
-        matches!(self, Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL)
-    }
-
-    /// The standard's letters.
-    #[must_use]
-    pub const fn letters(self) -> &'static str {
-        match self {
-            Qualifier::N => "N",
-            Qualifier::R => "R",
-            Qualifier::S => "S",
-            Qualifier::L => "L",
-            Qualifier::D => "D",
-            Qualifier::P => "P",
-            Qualifier::P0 => "P0",
-            Qualifier::P1 => "P1",
-            Qualifier::SD => "SD",
-            Qualifier::DS => "DS",
-            Qualifier::SL => "SL",
-        }
-    }
 }
 
 /// A slot for one pending send of an event.

@@ -305,12 +305,11 @@ fn settings(r: &mut Random) -> Settings {
 }
 
 fn action(r: &mut Random) -> ControlledAction {
-    use Qualifier::{D, DS, L, N, P, P0, P1, R, S, SD, SL};
     ControlledAction {
         name: name(r),
         uses: r.many(2, |r| ActionUse {
             step: r.id(),
-            qualifier: r.pick(&[N, R, S, L, D, P, P0, P1, SD, DS, SL]),
+            qualifier: r.pick(&Qualifier::ALL),
             condition: r.maybe(net_expr),
             span: Span::default(),
         }),

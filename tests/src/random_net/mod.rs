@@ -382,12 +382,7 @@ impl<'f> Builder<'f> {
                     if self.random.one_in(4) { Some(self.quiet_condition(2)) } else { None };
                 uses.push(ActionUse { step, qualifier, condition, span: Span::default() });
             }
-            let is_timed = |one: &ActionUse| {
-                matches!(
-                    one.qualifier,
-                    Qualifier::L | Qualifier::D | Qualifier::SD | Qualifier::DS | Qualifier::SL
-                )
-            };
+            let is_timed = |one: &ActionUse| one.qualifier.is_timed();
             let duration = if uses.iter().any(is_timed) { self.ticks(4) as u32 } else { 0 };
             let action = ControlledAction {
                 name: name(format!("c{index}")),

@@ -160,22 +160,11 @@ impl Shape {
     }
 
     fn action(&mut self, id: ActionId, action: &ControlledAction) {
-        let has = |qualifier: Qualifier| action.uses.iter().any(|one| one.qualifier == qualifier);
-        for (qualifier, latches, timed) in [
-            (Qualifier::S, &[ActionPart::S][..], None),
-            (Qualifier::L, &[ActionPart::L], Some(ActionPart::L)),
-            (Qualifier::D, &[ActionPart::D], Some(ActionPart::D)),
-            (Qualifier::P, &[ActionPart::P], None),
-            (Qualifier::P0, &[ActionPart::P0], None),
-            (Qualifier::P1, &[ActionPart::P1], None),
-            (Qualifier::SD, &[ActionPart::SD], Some(ActionPart::SD)),
-            (Qualifier::DS, &[ActionPart::DS, ActionPart::DSHeld], Some(ActionPart::DS)),
-            (Qualifier::SL, &[ActionPart::SL], Some(ActionPart::SL)),
-        ] {
-            if has(qualifier) {
-                self.latches.extend(latches.iter().map(|part| (id, *part)));
-                self.times.extend(timed.map(|part| (id, part)));
-            }
+        let has = |it: &Qualifier| action.uses.iter().any(|one| one.qualifier == *it);
+        for qualifier in Qualifier::ALL.into_iter().filter(has) {
+            self.latches.extend(qualifier.stores().map(|part| (id, part)));
+            let timer = qualifier.stores().next().filter(|_| qualifier.is_timed());
+            self.times.extend(timer.map(|part| (id, part)));
         }
     }
 

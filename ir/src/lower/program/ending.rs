@@ -45,32 +45,6 @@ fn forced(value: Expr, output: &Output, emergency: Option<&Expr>) -> Expr {
     simplify(&output.forced(value, emergency))
 }
 
-/// The part of ACTION_CONTROL that a qualifier uses.
-fn part_of(qualifier: Qualifier) -> Option<ActionPart> {
-    match qualifier {
-        Qualifier::N | Qualifier::R => None,
-        Qualifier::S => Some(ActionPart::S),
-        Qualifier::L => Some(ActionPart::L),
-        Qualifier::D => Some(ActionPart::D),
-        Qualifier::P => Some(ActionPart::P),
-        Qualifier::P1 => Some(ActionPart::P1),
-        Qualifier::P0 => Some(ActionPart::P0),
-        Qualifier::SD => Some(ActionPart::SD),
-        Qualifier::DS => Some(ActionPart::DS),
-        Qualifier::SL => Some(ActionPart::SL),
-    }
-}
-
-/// True if the part has a timer.
-fn is_timed(part: ActionPart) -> bool {
-    match part {
-        ActionPart::L | ActionPart::D | ActionPart::SD | ActionPart::DS | ActionPart::SL => true,
-        ActionPart::S | ActionPart::P | ActionPart::P0 | ActionPart::P1 | ActionPart::DSHeld => {
-            false
-        }
-    }
-}
-
 /// The cell with the last input of a part's timer: with SD and SL it is the latch before the timer.
 fn held_of(part: ActionPart) -> ActionPart {
     if part == ActionPart::DS { ActionPart::DSHeld } else { part }
@@ -90,26 +64,22 @@ impl Builder<'_> {
                 let q = self.new_cell(action.name.text.clone(), Type::Bool, Origin::ActionQ(id));
                 self.action_q[id] = Some(q);
             }
-            let mut parts: Vec<ActionPart> =
-                action.uses.iter().filter_map(|one| part_of(one.qualifier)).collect();
-            parts.sort_unstable();
-            parts.dedup();
-            for part in parts {
-                let letters = format!("{part:?}");
-                let name = format!("{}.{letters}", action.name);
-                // The stored bit: the latch, the last input of a pulse, or whether the timer's input was true.
-                let latch = self.new_cell(name.clone(), Type::Bool, Origin::ActionLatch(id, part));
-                self.action_latch.insert((id, part), latch);
-                if is_timed(part) {
-                    let ty = Type::Int { lo: 0, hi: i64::from(action.duration) };
-                    let timer =
-                        self.new_cell(format!("{name}.time"), ty, Origin::ActionTimer(id, part));
-                    self.action_time.insert((id, part), timer);
-                }
-                if part == ActionPart::DS {
-                    let origin = Origin::ActionLatch(id, ActionPart::DSHeld);
-                    let held = self.new_cell(format!("{name}.held"), Type::Bool, origin);
-                    self.action_latch.insert((id, ActionPart::DSHeld), held);
+            let used = |it: &Qualifier| action.uses.iter().any(|one| one.qualifier == *it);
+            let mut used: Vec<Qualifier> = Qualifier::ALL.into_iter().filter(used).collect();
+            used.sort_by_key(|it| it.stores().next());
+            for qualifier in used {
+                // The stored bits: the latch, the last input of a pulse, or whether the timer's input was true.
+                for (at, part) in qualifier.stores().enumerate() {
+                    let name = format!("{}.{}", action.name, part.name().replace('-', "."));
+                    let origin = Origin::ActionLatch(id, part);
+                    let latch = self.new_cell(name.clone(), Type::Bool, origin);
+                    self.action_latch.insert((id, part), latch);
+                    if at == 0 && qualifier.is_timed() {
+                        let ty = Type::Int { lo: 0, hi: i64::from(action.duration) };
+                        let origin = Origin::ActionTimer(id, part);
+                        let timer = self.new_cell(format!("{name}.time"), ty, origin);
+                        self.action_time.insert((id, part), timer);
+                    }
                 }
             }
         }

@@ -20,6 +20,16 @@ use crate::symbolic::number::Number;
 /// The maximum number of elements that one access with a variable index considers.
 const MAX_TARGETS: usize = 1 << 16;
 
+/// An operand of a chain of `&&` or `||` that does not decide it on all paths.
+struct Earlier {
+    value: Lit,
+    /// The condition under which the next operand is evaluated.
+    goes_on: Lit,
+    /// The memory after the operand, and the same on the path on which the next one is evaluated.
+    memory: Memory,
+    start: Memory,
+}
+
 impl<'u> Program<'u> {
     /// Runs an expression whose value is not used.
     pub(super) fn effect(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<()> {
@@ -172,7 +182,11 @@ impl<'u> Program<'u> {
     }
 
     fn evaluate(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {
-        self.tick()?;
+        self.deeper(|this| this.operator(expr, memory))
+    }
+
+    /// The value of the outermost operator.
+    fn operator(&mut self, expr: &'u Expr, memory: &mut Memory) -> Done<Option<Scalar>> {
         let number = |value: i128| Ok(Some(Scalar::Int(Int::constant(value))));
         match &expr.kind {
             ExprKind::Literal(value, _) => number(i128::from(*value)),
@@ -325,25 +339,46 @@ impl<'u> Program<'u> {
         *memory = Memory::merge(&mut self.aig, ends, first);
     }
 
+    /// A chain of `&&` or `||`, which can have any number of operands.
     fn logical(&mut self, is_and: bool, all: &'u [Expr], memory: &mut Memory) -> Done<Lit> {
-        let Some((first, rest)) = all.split_first() else { return Ok(Lit::constant(is_and)) };
-        let value = self.truth(first, memory)?;
-        if rest.is_empty() || value == Lit::constant(!is_and) {
-            return Ok(value);
-        }
-        let goes_on = if is_and { value } else { !value };
-        let mut later = memory.clone();
-        self.assume(first, is_and, &mut later);
-        let start = later.clone();
         let before = self.here;
-        self.here = self.aig.and(before, goes_on);
-        let other = self.logical(is_and, rest, &mut later);
+        let mut earlier = Vec::new();
+        let last = self.operands(is_and, all, memory, &mut earlier);
         self.here = before;
-        let other = other?;
-        if !later.is_same(&start) {
-            self.join(!goes_on, memory, later);
+        let mut result = last?;
+        for Earlier { value, goes_on, memory: own, start } in earlier.into_iter().rev() {
+            let later = std::mem::replace(memory, own);
+            if !later.is_same(&start) {
+                self.join(!goes_on, memory, later);
+            }
+            result = if is_and { self.aig.and(value, result) } else { self.aig.or(value, result) };
         }
-        Ok(if is_and { self.aig.and(value, other) } else { self.aig.or(value, other) })
+        Ok(result)
+    }
+
+    /// Evaluates operands up to one that decides the chain. Returns the value of the last one, after which `memory` is that of its path.
+    fn operands(
+        &mut self,
+        is_and: bool,
+        all: &'u [Expr],
+        memory: &mut Memory,
+        earlier: &mut Vec<Earlier>,
+    ) -> Done<Lit> {
+        let Some((last, others)) = all.split_last() else { return Ok(Lit::constant(is_and)) };
+        for operand in others {
+            let value = self.truth(operand, memory)?;
+            if value == Lit::constant(!is_and) {
+                return Ok(value);
+            }
+            let goes_on = if is_and { value } else { !value };
+            let mut later = memory.clone();
+            self.assume(operand, is_and, &mut later);
+            let start = later.clone();
+            let memory = std::mem::replace(memory, later);
+            earlier.push(Earlier { value, goes_on, memory, start });
+            self.here = self.aig.and(self.here, goes_on);
+        }
+        self.truth(last, memory)
     }
 
     fn unary(
@@ -395,7 +430,11 @@ impl<'u> Program<'u> {
         let found = match op {
             BinaryOp::Add => value::binary(aig, a, b, i128::checked_add, arith(ArithOp::Add)),
             BinaryOp::Sub => value::binary(aig, a, b, i128::checked_sub, arith(ArithOp::Sub)),
-            BinaryOp::Mul => value::binary(aig, a, b, i128::checked_mul, arith(ArithOp::Mul)),
+            // The product of two unsigned 64-bit constants can exceed 127 bits; its low bits, which the type keeps, are those of the wrapped product.
+            BinaryOp::Mul => {
+                let product = |x: i128, y: i128| Some(x.wrapping_mul(y));
+                value::binary(aig, a, b, product, arith(ArithOp::Mul))
+            }
             BinaryOp::Div => value::binary(aig, a, b, i128::checked_div, arith(ArithOp::Div)),
             BinaryOp::Rem => value::binary(aig, a, b, i128::checked_rem, arith(ArithOp::Mod)),
             BinaryOp::BitAnd => value::binary(
@@ -605,7 +644,10 @@ impl<'u> Program<'u> {
         place: &'u Place,
         memory: &mut Memory,
     ) -> Done<Vec<(Address, Lit)>> {
-        self.tick()?;
+        self.deeper(|this| this.part(place, memory))
+    }
+
+    fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, Lit)>> {
         if place.qualifiers.is_volatile {
             return Err("a volatile object is not supported".to_owned());
         }

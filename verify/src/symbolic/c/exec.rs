@@ -19,6 +19,8 @@ use crate::symbolic::aig::{Aig, Lit};
 const MAX_WORK: u64 = 20_000_000;
 /// The maximum nesting of calls.
 const MAX_CALLS: usize = 64;
+/// The maximum nesting of statements and expressions, with those of all calls around them.
+const MAX_DEPTH: usize = 400;
 /// The maximum number of rounds of one loop.
 const MAX_ROUNDS: usize = 5_000;
 
@@ -56,6 +58,8 @@ pub(super) struct Program<'u> {
     /// The number of objects so far, also of those that ended.
     n_objects: usize,
     work: u64,
+    /// The nesting of the statement or expression that is executed.
+    depth: usize,
     node_limit: usize,
 }
 
@@ -68,7 +72,20 @@ struct Flow {
     returns: Vec<(Lit, Memory, Option<Scalar>)>,
 }
 
+/// An arm of an `if` whose condition is not constant.
+struct Taken {
+    /// Its condition, on the path on which no earlier arm is taken.
+    when: Lit,
+    /// The number of objects before it.
+    first: usize,
+    flow: Flow,
+}
+
 impl Flow {
+    fn n_exits(&self) -> u64 {
+        (self.breaks.len() + self.continues.len() + self.returns.len()) as u64
+    }
+
     fn on(memory: Memory) -> Flow {
         Flow { normal: Some((Lit::TRUE, memory)), ..Flow::default() }
     }
@@ -101,6 +118,7 @@ impl<'u> Program<'u> {
             obligations: Vec::new(),
             n_objects: 0,
             work: 0,
+            depth: 0,
             node_limit,
         };
         let mut objects: BTreeMap<SymbolId, (Option<&'u Init>, bool)> = BTreeMap::new();
@@ -118,7 +136,7 @@ impl<'u> Program<'u> {
         for (symbol, (init, is_defined)) in objects {
             let data = &unit.symbols[symbol];
             // A static object that can change would store a value outside the instance, and the value of an object that another text defines is unknown.
-            if !unit.has_const(&data.canonical) || init.is_none() && !is_defined {
+            if !unit.is_const(&data.canonical) || init.is_none() && !is_defined {
                 continue;
             }
             let cells = program.initialised(&data.canonical.ty, init, true)?;
@@ -218,6 +236,20 @@ impl<'u> Program<'u> {
         Ok(())
     }
 
+    /// Runs a part one level deeper, with a step of work; an error if the nesting would exceed the limit, so that the stack is bounded.
+    pub(super) fn deeper<T>(&mut self, part: impl FnOnce(&mut Self) -> Done<T>) -> Done<T> {
+        self.tick()?;
+        if self.depth >= MAX_DEPTH {
+            return Err(format!(
+                "statements and expressions nested more than {MAX_DEPTH} levels deep"
+            ));
+        }
+        self.depth += 1;
+        let done = part(self);
+        self.depth -= 1;
+        done
+    }
+
     /// Runs a part under an additional condition.
     fn under<T>(&mut self, when: Lit, part: impl FnOnce(&mut Self) -> Done<T>) -> Done<T> {
         let before = self.here;
@@ -242,7 +274,7 @@ impl<'u> Program<'u> {
         let mut now = Some((Lit::TRUE, memory));
         for stmt in list {
             let Some((when, memory)) = now.take() else { break };
-            let part = match self.stmt(stmt, memory) {
+            let part = match self.deeper(|this| this.stmt(stmt, memory)) {
                 Ok(part) => part,
                 Err(stop) => {
                     self.here = before;
@@ -264,7 +296,6 @@ impl<'u> Program<'u> {
     }
 
     fn stmt(&mut self, stmt: &'u Stmt, mut memory: Memory) -> Done<Flow> {
-        self.tick()?;
         match &stmt.kind {
             StmtKind::Expr(expr) => {
                 self.effect(expr, &mut memory)?;
@@ -273,7 +304,7 @@ impl<'u> Program<'u> {
             StmtKind::Define { symbol, init } => {
                 let data = &self.unit.symbols[*symbol];
                 if matches!(data.kind, SymbolKind::Local { is_static: true }) {
-                    if !self.unit.has_const(&data.canonical) {
+                    if !self.unit.is_const(&data.canonical) {
                         return Err(format!(
                             "the static object `{}`, which is not constant, is not supported",
                             data.name
@@ -312,7 +343,7 @@ impl<'u> Program<'u> {
                 let first = self.n_objects;
                 let mut all = Flow::default();
                 for one in init {
-                    let part = self.stmt(one, memory)?;
+                    let part = self.deeper(|this| this.stmt(one, memory))?;
                     let Some((_, after)) = all.absorb(&mut self.aig, Lit::TRUE, part) else {
                         return Ok(all);
                     };
@@ -342,21 +373,50 @@ impl<'u> Program<'u> {
         }
     }
 
+    /// An `if` with all its `else if`, of which there can be any number.
     fn branches(&mut self, arms: &'u [Arm], otherwise: &'u [Stmt], memory: Memory) -> Done<Flow> {
-        let Some((arm, rest)) = arms.split_first() else { return self.block(otherwise, memory) };
-        let first = self.n_objects;
-        let mut memory = memory;
-        let when = self.truth(&arm.condition, &mut memory)?;
-        match when.as_constant() {
-            Some(true) => return self.block(&arm.body, memory),
-            Some(false) => return self.branches(rest, otherwise, memory),
-            None => {}
+        let before = self.here;
+        let mut taken = Vec::new();
+        let last = self.arms(arms, otherwise, memory, &mut taken);
+        self.here = before;
+        let mut flow = last?;
+        for Taken { when, first, flow: yes } in taken.into_iter().rev() {
+            // The exits of later arms are passed on once for each arm.
+            self.work += flow.n_exits();
+            self.tick()?;
+            flow = self.either(when, yes, flow, first);
         }
-        let mut then = memory.clone();
-        self.assume(&arm.condition, true, &mut then);
-        self.assume(&arm.condition, false, &mut memory);
-        let yes = self.under(when, |this| this.block(&arm.body, then))?;
-        let no = self.under(!when, |this| this.branches(rest, otherwise, memory))?;
+        Ok(flow)
+    }
+
+    /// Executes arms up to one whose condition is constant. Returns the flow of the path on which none of those in `taken` is taken.
+    fn arms(
+        &mut self,
+        arms: &'u [Arm],
+        otherwise: &'u [Stmt],
+        mut memory: Memory,
+        taken: &mut Vec<Taken>,
+    ) -> Done<Flow> {
+        for arm in arms {
+            let first = self.n_objects;
+            let when = self.truth(&arm.condition, &mut memory)?;
+            match when.as_constant() {
+                Some(true) => return self.block(&arm.body, memory),
+                Some(false) => continue,
+                None => {}
+            }
+            let mut then = memory.clone();
+            self.assume(&arm.condition, true, &mut then);
+            self.assume(&arm.condition, false, &mut memory);
+            let flow = self.under(when, |this| this.block(&arm.body, then))?;
+            taken.push(Taken { when, first, flow });
+            self.here = self.aig.and(self.here, !when);
+        }
+        self.block(otherwise, memory)
+    }
+
+    /// Joins the flows of two paths; objects from `first` on end here.
+    fn either(&mut self, when: Lit, yes: Flow, no: Flow, first: usize) -> Flow {
         let mut all = Flow::default();
         let yes = all.absorb(&mut self.aig, when, yes);
         let no = all.absorb(&mut self.aig, !when, no);
@@ -370,7 +430,7 @@ impl<'u> Program<'u> {
                 Some((self.aig.ite(when, yes, no), memory))
             }
         };
-        Ok(all)
+        all
     }
 
     fn switch(

@@ -134,6 +134,8 @@ impl Attempt<'_> {
             }
             cell += index as usize * n_cells(unit, &element.ty).ok_or_else(missing)?;
             ty = &element.ty;
+        } else if place.element.is_some() {
+            return Err(format!("`{}` is not an array", place.member));
         }
         let kind = unit.integer(ty).ok_or_else(missing)?;
         Ok((cell, kind))

@@ -233,17 +233,7 @@ pub(super) fn pointer_cases(aig: &mut Aig, all: Vec<(Pointer, Lit)>) -> Vec<(Poi
 
 /// The number of cells of an object of a type; `None` for types without objects.
 pub(super) fn n_cells(unit: &Unit, ty: &Type) -> Option<usize> {
-    match ty {
-        Type::Int(_) | Type::Enum(_) | Type::Pointer(_) => Some(1),
-        Type::Array(element, len) => {
-            n_cells(unit, &element.ty)?.checked_mul(usize::try_from((*len)?).ok()?)
-        }
-        Type::Struct(id) => unit.structs[*id]
-            .members
-            .iter()
-            .try_fold(0_usize, |sum, member| sum.checked_add(n_cells(unit, &member.canonical.ty)?)),
-        Type::Void | Type::Function(_) | Type::Named(_) => None,
-    }
+    unit.n_scalars(ty).filter(|n| *n < u64::MAX).and_then(|n| usize::try_from(n).ok())
 }
 
 /// The first cell of a member, counted from the start of its structure.
