@@ -39,7 +39,7 @@ const LIFT: &str = "chart lift {
             initial state low { exit { n := n + 1 } }
             state door { open if light
                 initial state wide
-                state narrow { entry { raise shut } } 
+                state narrow { entry { raise shut } }
                 wide -> narrow after 3 s }
             state going { up }
             low -> door on call
@@ -67,9 +67,9 @@ const SENDS: &str = "chart sends {
     event ring, again
     output bell, idle
     var n: int 0..20
-    initial state wait { idle entry { n := 0 } }
+    initial state wait { idle; entry { n := 0 } }
     state ringing { bell
-        entry { send ring after 300 ms; send again after 200 ms }
+        entry { send ring after 300 ms as ring; send again after 200 ms }
         exit { cancel ring } }
     state counting
     final state end { bell }

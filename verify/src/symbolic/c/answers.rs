@@ -231,8 +231,10 @@ impl Attempt<'_> {
                 format!("`self->{member}` may differ from the state of the chart {}", place.text())
             }
             Question::Local(place, at) => {
-                let name = &self.of.hint.locals[*at].0.name;
-                format!("the local `{name}` may differ from the chart {}", place.text())
+                let local = &self.of.hint.locals[*at].0;
+                let member = local.member.as_ref().map_or(String::new(), |it| format!(".{it}"));
+                let name = &local.name;
+                format!("the local `{name}{member}` may differ from the chart {}", place.text())
             }
             Question::Counter(place, _) => {
                 format!("the counter of the loop may not count the checks {}", place.text())

@@ -89,6 +89,9 @@ impl From<String> for Failed {
 impl Subject<'_> {
     /// Proves reset and reaction of a statechart.
     pub(super) fn prove_evolution(self) -> Result<Induction, String> {
+        if !self.hint.locals.iter().any(|(_, what)| *what == Carried::Again) {
+            return Err("a statechart in this style is not supported by the induction".to_owned());
+        }
         let mut total = Induction::default();
         Model::of(self.net, Some(1), self.limits)?.prove_structure(self.limits)?;
         let mut reset = Attempt::new(self, None)?;
@@ -294,6 +297,9 @@ impl<'a> Attempt<'a> {
         self.program.obligations.clear();
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         self.with_model(|this| this.model.maker.any_run(&state, &inputs, goes_on));
+        // The run changes below.
+        let invariants = self.with_model(|this| this.model.maker.run_invariants(&state));
+        self.assumed.extend(invariants);
         memory.restore(&start, INSTANCE);
         memory.restore(&start, OUTPUTS);
         for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
@@ -459,8 +465,8 @@ impl<'a> Attempt<'a> {
     fn value_within(&mut self, state: &State, at: usize) -> Option<(Int, Lit)> {
         let Holds::Piece(origin, element) = self.of.hint.state[at].1 else { return None };
         if let Origin::Edge(edge) = origin {
-            let lit = self.with_model(|this| this.model.maker.compared(state, edge))?;
-            return Some((Int::Bit(lit), Lit::TRUE));
+            let (lit, used) = self.with_model(|this| this.model.maker.compared(state, edge))?;
+            return Some((Int::Bit(lit), used));
         }
         if let Some(which) = length_of(origin) {
             let held = self.with_model(|this| this.model.maker.queue_length(which))?;
@@ -563,9 +569,7 @@ impl<'a> Attempt<'a> {
     fn assumptions(&mut self, is_within: bool) -> Vec<Vec<Lit>> {
         let state = self.state.clone();
         let mut all = self.with_model(|this| this.model.maker.structure(&state));
-        if is_within {
-            all.extend(self.with_model(|this| this.model.maker.run_invariants(&state)));
-        } else {
+        if !is_within {
             all.extend(self.with_model(|this| this.model.maker.waiting_events(&state)));
         }
         all.extend(self.model.valid.iter().map(|(_, holds)| *holds));

@@ -6,7 +6,7 @@ use grafsynth_c::tree::StructId;
 use grafsynth_c::tree::types::IntKind;
 use grafsynth_ir::expr::{CompareOp, Type as NetType};
 use grafsynth_ir::instance::{Holds, Place};
-use grafsynth_ir::net::{HistoryId, StepId};
+use grafsynth_ir::net::{EdgeId, HistoryId, StepId};
 use grafsynth_ir::program::Origin;
 
 use super::answers::exactly_one;
@@ -34,6 +34,11 @@ impl Attempt<'_> {
             Holds::Piece(origin, element) => {
                 if let Some(which) = queue_of(*origin) {
                     return self.held_item(place, which, *element);
+                }
+                if let Origin::Edge(edge) = *origin
+                    && self.of.net.settings.policy.is_statechart()
+                {
+                    return self.held_edge(place, edge);
                 }
                 match piece(&self.state, *origin, *element) {
                     Some(Value::Flag(lit)) => Ok(Scalar::Int(Int::Bit(lit))),
@@ -86,6 +91,16 @@ impl Attempt<'_> {
                 Ok(Scalar::Int(Int::Word(time)))
             }
         }
+    }
+
+    /// The last value of an operand: any value if nothing compares it again.
+    fn held_edge(&mut self, place: &Place, edge: EdgeId) -> Result<Scalar, String> {
+        let state = self.state.clone();
+        let used = self.with_model(|this| this.model.maker.compares_later(&state, edge));
+        let old = Int::Bit(state.old.get(edge.index()).copied().unwrap_or(Lit::FALSE));
+        let other = self.anything(self.structures.instance, place)?;
+        let Scalar::Int(other) = other else { return Ok(other) };
+        Ok(Scalar::Int(Int::merge(self.aig(), &[(used, old), (!used, other)])))
     }
 
     /// An element of a queue: any value if it is not used.
@@ -251,6 +266,14 @@ impl Attempt<'_> {
             let broken = match holds {
                 Holds::Piece(origin, element) if queue_of(*origin).is_some() => {
                     self.wrong_item(*origin, *element, &value, state)
+                }
+                Holds::Piece(Origin::Edge(edge), _)
+                    if self.of.net.settings.policy.is_statechart() =>
+                {
+                    let used =
+                        self.with_model(|this| this.model.maker.compares_later(state, *edge));
+                    let all = self.broken(holds, &value, state, fault);
+                    all.into_iter().map(|broken| self.program.aig.and(broken, used)).collect()
                 }
                 _ => self.broken(holds, &value, state, fault),
             };

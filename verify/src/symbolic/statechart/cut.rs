@@ -101,6 +101,7 @@ impl Maker<'_> {
 
     /// The invariants of the run, each a condition.
     pub(in crate::symbolic) fn run_invariants(&mut self, state: &State) -> Vec<Lit> {
+        let has_sends = self.has_sends();
         let run = self.chart().run.clone();
         let n_events = Number::constant(self.chart().listened.len() as i64);
         let mut all = Vec::new();
@@ -108,16 +109,22 @@ impl Maker<'_> {
         if let External::Queue(queue) = &run.external {
             queues.push(queue);
             // Events that waited at Latch come first.
-            for at in 0..queue.used.len() {
-                all.push(self.aig.or(!queue.waited[at], queue.used[at]));
-                if at > 0 {
-                    all.push(self.aig.or(!queue.waited[at], queue.waited[at - 1]));
+            let mut earlier = Lit::TRUE;
+            for (used, waited) in queue.used.iter().zip(&queue.waited) {
+                let waits = self.aig.and(*used, *waited);
+                all.push(self.aig.or(!waits, earlier));
+                earlier = waits;
+                if !has_sends {
+                    all.push(self.aig.or(!*used, *waited));
                 }
             }
         }
         for queue in queues {
             for at in 0..queue.used.len() {
-                if at > 0 {
+                if at == 0 {
+                    // After the last check nothing waits.
+                    all.push(self.aig.or(!queue.used[at], run.running));
+                } else {
                     all.push(self.aig.or(!queue.used[at], queue.used[at - 1]));
                 }
                 let item = &queue.items[at];
@@ -155,10 +162,18 @@ impl Maker<'_> {
         }
     }
 
+    /// True if a list sends an event that some transition is `on`.
+    fn has_sends(&mut self) -> bool {
+        let net = self.net;
+        let listened = &self.chart().listened;
+        net.sends.values().any(|slot| listened.binary_search(&slot.event).is_ok())
+    }
+
     /// A bound on the checks of a reaction.
     pub(in crate::symbolic) fn most_rounds(&mut self) -> u64 {
         let limit = u64::from(self.limit());
         let net = self.net;
+        let has_sends = self.has_sends();
         let chart = self.chart();
         let bound = u64::from(chart.bound);
         let inside = chart.run.internal.items.len() as u64;
@@ -166,8 +181,6 @@ impl Maker<'_> {
         let of_row = chart.listened.iter().filter(is_of_row).count() as u64;
         let is_queue = matches!(chart.run.external, External::Queue(_));
         // Without sends, the external queue contains only events of the row.
-        let is_taken = |event: &InputId| chart.listened.binary_search(event).is_ok();
-        let has_sends = net.sends.values().any(|slot| is_taken(&slot.event));
         let (waiting, sent) = match (is_queue, has_sends) {
             (true, true) => (bound, bound),
             (true, false) | (false, _) => (bound.min(of_row), 0),
@@ -244,17 +257,18 @@ impl Maker<'_> {
         self.aig.and_all(all)
     }
 
-    /// The invariants of the queues between reactions: an event that waits has a number from 1 on.
+    /// The invariants of the queues between reactions: an event that waits has a number from 1 on, and none waits after the end of all charts.
     pub(in crate::symbolic) fn waiting_events(&mut self, state: &State) -> Vec<Lit> {
         let mut all = Vec::new();
+        let is_over = self.everything_has_ended(state);
         for queue in [&state.internal, &state.external].into_iter().flatten() {
             for (item, at) in queue.items.iter().zip(0..) {
                 let place = Number::constant(at);
-                let is_free =
-                    Number::compare(&mut self.aig, CompareOp::Le, &queue.length, &place);
+                let is_free = Number::compare(&mut self.aig, CompareOp::Le, &queue.length, &place);
                 let is_event =
                     Number::compare(&mut self.aig, CompareOp::Ge, item, &Number::constant(1));
-                all.push(self.aig.or(is_free, is_event));
+                let may_wait = self.aig.and(is_event, !is_over);
+                all.push(self.aig.or(is_free, may_wait));
             }
         }
         all
@@ -328,15 +342,27 @@ impl Maker<'_> {
         Some((queue.items.get(at)?.clone(), queue.used.get(at).copied()?))
     }
 
-    /// The value with which an edge operand is compared in the next check: that of an input only until something fires.
-    pub(in crate::symbolic) fn compared(&mut self, state: &State, edge: EdgeId) -> Option<Lit> {
+    /// The value that a program stores for an edge operand between two checks, and the condition that it is read later: that of an input changes with the first
+    /// micro-step and after the last check.
+    pub(in crate::symbolic) fn compared(
+        &mut self,
+        state: &State,
+        edge: EdgeId,
+    ) -> Option<(Lit, Lit)> {
         let old = state.old.get(edge.index()).copied()?;
         if !self.over_inputs[edge.index()] {
-            return Some(old);
+            return Some((old, Lit::TRUE));
         }
         let net = self.net;
         let now = self.flag(state, &net.edges[edge].expr);
-        let fresh = self.chart().run.fresh;
-        Some(self.aig.ite(fresh, old, now))
+        let run = self.chart().run.clone();
+        let keeps = self.aig.and(run.fresh, run.running);
+        let is_over = self.everything_has_ended(state);
+        Some((self.aig.ite(keeps, old, now), !is_over))
+    }
+
+    /// The condition that a piece of the state of an edge is read later, between reactions.
+    pub(in crate::symbolic) fn compares_later(&mut self, state: &State, edge: EdgeId) -> Lit {
+        if self.over_inputs[edge.index()] { !self.everything_has_ended(state) } else { Lit::TRUE }
     }
 }
