@@ -133,7 +133,10 @@ impl<'a> Attempt<'a> {
         self.call("_init", &mut memory, None)?;
         let mut checks = self.related(&state, fault, &memory)?;
         checks.extend(self.shown_outputs(&outputs, &memory)?);
-        checks.extend(self.queries(&state, Some(Lit::FALSE), &memory)?);
+        checks.extend(self.queries(&state, Some(fault), &memory)?);
+        if self.of.net.settings.policy.is_statechart() {
+            checks.extend(self.invariants_of_row(&state));
+        }
         checks.extend(self.obligations());
         Ok(checks)
     }

@@ -248,12 +248,7 @@ impl<'a> Attempt<'a> {
             let broken = differs(self.aig(), &value, &Value::Flag(fault));
             checks.push(Check { question: Question::Fault, broken });
         }
-        let waiting = self.with_model(|this| this.model.maker.waiting_events(&state));
-        let check = |(at, holds): (usize, Lit)| Check {
-            question: Question::Invariant(Place::End, at),
-            broken: !holds,
-        };
-        checks.extend(waiting.into_iter().enumerate().map(check));
+        checks.extend(self.invariants_of_row(&state));
         checks.extend(self.obligations());
         Ok(checks)
     }
@@ -565,12 +560,29 @@ impl<'a> Attempt<'a> {
         all.into_iter().enumerate().map(check).collect()
     }
 
+    /// The invariants between reactions, and the ranges of the state.
+    pub(super) fn invariants_of_row(&mut self, state: &State) -> Vec<Check> {
+        let net = self.of.net;
+        let all = self.with_model(|this| {
+            let maker = &mut this.model.maker;
+            let shape = maker.shape.clone();
+            let mut all = maker.row_invariants(state);
+            all.extend(shape.valid(net, &mut maker.aig, state));
+            all
+        });
+        let check = |(at, holds): (usize, Lit)| Check {
+            question: Question::Invariant(Place::End, at),
+            broken: !holds,
+        };
+        all.into_iter().enumerate().map(check).collect()
+    }
+
     /// What is assumed before a part: the invariants of the state, of the environment and, within an evolution, of the run.
     fn assumptions(&mut self, is_within: bool) -> Vec<Vec<Lit>> {
         let state = self.state.clone();
         let mut all = self.with_model(|this| this.model.maker.structure(&state));
         if !is_within {
-            all.extend(self.with_model(|this| this.model.maker.waiting_events(&state)));
+            all.extend(self.with_model(|this| this.model.maker.row_invariants(&state)));
         }
         all.extend(self.model.valid.iter().map(|(_, holds)| *holds));
         all.extend(self.valid.iter().map(|(_, holds)| *holds));

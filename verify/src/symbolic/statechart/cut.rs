@@ -104,7 +104,7 @@ impl Maker<'_> {
         let has_sends = self.has_sends();
         let run = self.chart().run.clone();
         let n_events = Number::constant(self.chart().listened.len() as i64);
-        let mut all = Vec::new();
+        let mut all = self.kept_invariants(state);
         let mut queues = vec![&run.internal];
         if let External::Queue(queue) = &run.external {
             queues.push(queue);
@@ -257,9 +257,10 @@ impl Maker<'_> {
         self.aig.and_all(all)
     }
 
-    /// The invariants of the queues between reactions: an event that waits has a number from 1 on, and none waits after the end of all charts.
-    pub(in crate::symbolic) fn waiting_events(&mut self, state: &State) -> Vec<Lit> {
-        let mut all = Vec::new();
+    /// The invariants between reactions: an event that waits in a queue has a number from 1 on, none waits after the end of all charts, and only charts that have
+    /// ended keep outputs.
+    pub(in crate::symbolic) fn row_invariants(&mut self, state: &State) -> Vec<Lit> {
+        let mut all = self.kept_invariants(state);
         let is_over = self.everything_has_ended(state);
         for queue in [&state.internal, &state.external].into_iter().flatten() {
             for (item, at) in queue.items.iter().zip(0..) {
@@ -272,6 +273,14 @@ impl Maker<'_> {
             }
         }
         all
+    }
+
+    fn kept_invariants(&mut self, state: &State) -> Vec<Lit> {
+        let kept = state.kept.iter().map(|((_, part), kept)| {
+            let ended = state.ended.get(part).copied().unwrap_or(Lit::FALSE);
+            self.aig.or(!*kept, ended)
+        });
+        kept.collect()
     }
 
     /// A value that the evolution carries; `None` if this evolution has none.
