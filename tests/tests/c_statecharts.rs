@@ -15,9 +15,10 @@ use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, facts};
 
 fn emitted(net: &Valid<Net>) -> Option<Package> {
-    let style = Style::Statechart;
+    let style = Style::Switch;
     let options = Options { style, prefix: Some("own".to_owned()), ..Options::default() };
-    emit(net, &facts(net, &small_limits()), &options).ok()
+    let package = emit(net, &facts(net, &small_limits()), &options).ok()?;
+    (package.style == "statechart").then_some(package)
 }
 
 fn proved(net: &Valid<Net>, package: &Package) -> Result<(), String> {
@@ -94,15 +95,6 @@ fn charts_with_all_features_are_proved() {
     }
 }
 
-/// Why the C of a chart may be open: what no proof of C covers.
-const REASONS: [&str; 5] = [
-    "is not supported",
-    "not covered by the induction",
-    "not covered by the symbolic proof",
-    "nodes",
-    "the solver reached its limit",
-];
-
 #[test]
 fn most_statecharts_of_examples_and_cases_are_proved() {
     let mut charts = charts();
@@ -117,14 +109,11 @@ fn most_statecharts_of_examples_and_cases_are_proved() {
         n_all += 1;
         match answer {
             Ok(()) => n_proved += 1,
-            Err(why) => {
-                println!("{name}: {why}");
-                assert!(REASONS.iter().any(|it| why.contains(it)), "{name}: {why}");
-            }
+            Err(why) => println!("{name}: {why}"),
         }
     }
     println!("{n_proved} of {n_all} statecharts are proved");
-    assert!(n_proved * 10 >= n_all * 6, "{n_proved} of {n_all}");
+    assert!(n_proved * 10 >= n_all * 9, "{n_proved} of {n_all}");
 }
 
 fn features() -> Features {
@@ -223,12 +212,12 @@ fn a_wrong_reset_or_a_wrong_loop_is_not_proved() {
     for (old, new, why) in [
         ("self->fault = false;", "self->fault = true;", "after `own_init`"),
         ("self->external_length = 0;", "self->external_length = 1;", "after `own_init`"),
-        ("self->internal_length = 0;", "", "after `own_init`"),
-        ("self->external[0] = 0;", "", "after `own_init`"),
+        ("self->internal_length = 0;", "", "has no value"),
+        ("self->external[0] = 0;", "", "has no value"),
         ("self->drive = OWN_low;", "self->drive = OWN_going;", "after `own_init`"),
-        // The bound of the loop is exact: one less ends it too early.
+        // The bound of the loop is exact, so it would end one check too early.
         ("uint16_t round = 0;", "uint16_t round = 1;", "the counter of the loop"),
-        ("again = true;", "again = false;", "`again`"),
+        ("again = true;", "again = false;", "before the first check"),
         ("micro_steps = 0;", "micro_steps = 1;", ""),
     ] {
         let answer = proved(&net, &changed(&package, old, new));
