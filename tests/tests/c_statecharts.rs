@@ -214,9 +214,13 @@ fn a_wrong_reset_or_a_wrong_loop_is_not_proved() {
         ("self->external_length = 0;", "self->external_length = 1;", "after `own_init`"),
         ("self->internal_length = 0;", "", "has no value"),
         ("self->external[0] = 0;", "", "has no value"),
-        ("self->drive = OWN_low;", "self->drive = OWN_going;", "after `own_init`"),
+        (
+            "self->drive = OWN_low;\n    self->request",
+            "self->drive = OWN_going;\n    self->request",
+            "after `own_init`",
+        ),
         // The bound of the loop is exact, so it would end one check too early.
-        ("uint16_t round = 0;", "uint16_t round = 1;", "the counter of the loop"),
+        ("uint8_t round = 0;", "uint8_t round = 1;", "the counter of the loop"),
         ("again = true;", "again = false;", "before the first check"),
         ("micro_steps = 0;", "micro_steps = 1;", ""),
     ] {
