@@ -83,5 +83,6 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
         active: shown.map(|(step, _)| active(step)).collect(),
         vars: vars.map(|(var, _)| (var, format!("{prefix}_var_{}", names.vars[var]))).collect(),
         fault: program.has_fault.then(|| format!("{prefix}_fault")),
+        locals: program.locals.clone(),
     }
 }

@@ -7,7 +7,7 @@ use crate::range::Range;
 use crate::times::Ticks;
 use crate::{FileKind, Object};
 use grafsynth_ir::IdMap;
-use grafsynth_ir::instance::{Holds, Place};
+use grafsynth_ir::instance::{Carried, Holds, Local, Place};
 use grafsynth_ir::net::{Step, StepId, VarId};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,6 +56,8 @@ pub(crate) struct StyleOutput {
     pub(crate) ranges: Vec<Range>,
     /// The contents of each scalar of the instance, for the proof; empty if the style does not state them.
     pub(crate) holds: Vec<(Place, Holds)>,
+    /// The contents of the locals of a reaction between the checks of a statechart, for the proof.
+    pub(crate) locals: Vec<(Local, Carried)>,
     /// Steps that have their own bit, so that only a proof shows that two of them exclude each other.
     pub(crate) one_bit: BTreeSet<StepId>,
 }

@@ -8,7 +8,9 @@ use grafsynth_backend_c::{Io, Options, Package, Style};
 use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{Symbol, SymbolKind, Unit};
 use grafsynth_ir::instance::{Holds, Place};
-use grafsynth_ir::net::{ActionId, EdgeId, InputId, Net, StepId, TimerId, VarId};
+use grafsynth_ir::net::{
+    ActionId, EdgeId, HistoryId, InputId, Net, PartId, SendId, StepId, TimerId, VarId,
+};
 use grafsynth_ir::program::{ActionPart, Origin};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -121,6 +123,20 @@ enum Held {
     ActionTimer(u32, String),
     Pending(String),
     Fault,
+    /// The number of the state that a history recorded.
+    Record {
+        history: String,
+        steps: Vec<Code>,
+    },
+    SendTimer(String),
+    /// A chart by its number in the net: it has ended.
+    Ended(u32),
+    /// An output, and the chart that ended with it, by their numbers in the net.
+    HeldOutput(u32, u32),
+    InternalQueue(u32),
+    InternalLength,
+    ExternalQueue(u32),
+    ExternalLength,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -311,6 +327,10 @@ fn held(net: &Net, holds: &Holds) -> Option<Held> {
             cap: *cap,
             zero_between: *is_zero_between,
         },
+        Holds::Recorded { history, states } => Held::Record {
+            history: net.histories[*history].name.text.clone(),
+            steps: states.iter().map(|(id, code)| Code { step: step(*id), code: *code }).collect(),
+        },
         Holds::Piece(origin, element) => match *origin {
             Origin::Step(id) => Held::Step(step(id)),
             Origin::Elapsed(id) => Held::Elapsed(step(id)),
@@ -329,7 +349,16 @@ fn held(net: &Net, holds: &Holds) -> Option<Held> {
             Origin::ActionTimer(id, it) => Held::ActionTimer(number(id.index()), part(it)),
             Origin::Pending(id) => Held::Pending(net.inputs[id].name.text.clone()),
             Origin::Fault => Held::Fault,
-            // The states of statecharts, and what one reaction keeps for itself.
+            Origin::SendTimer(id) => Held::SendTimer(net.sends[id].name.text.clone()),
+            Origin::Ended(id) => Held::Ended(number(id.index())),
+            Origin::HeldOutput(output, part) => {
+                Held::HeldOutput(number(output.index()), number(part.index()))
+            }
+            Origin::InternalQueue => Held::InternalQueue(*element),
+            Origin::InternalLength => Held::InternalLength,
+            Origin::ExternalQueue => Held::ExternalQueue(*element),
+            Origin::ExternalLength => Held::ExternalLength,
+            // What one reaction keeps for itself.
             _ => return None,
         },
     })
@@ -377,6 +406,18 @@ impl Names<'_> {
         one("event", name, self.net.inputs.iter().map(|(id, it)| (id, it.name.text.as_str())))
     }
 
+    fn history(&self, name: &str) -> Result<HistoryId, String> {
+        one("history", name, self.net.histories.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn send(&self, name: &str) -> Result<SendId, String> {
+        one("send", name, self.net.sends.iter().map(|(id, it)| (id, it.name.text.as_str())))
+    }
+
+    fn part(&self, number: u32) -> Result<PartId, String> {
+        numbered("chart", number, self.net.parts.ids())
+    }
+
     fn edge(&self, number: u32) -> Result<EdgeId, String> {
         numbered("edge", number, self.net.edges.iter().map(|(id, _)| id))
     }
@@ -422,6 +463,27 @@ impl Names<'_> {
             Held::ActionTimer(number, it) => Origin::ActionTimer(self.action(*number)?, part(it)?),
             Held::Pending(name) => Origin::Pending(self.input(name)?),
             Held::Fault => Origin::Fault,
+            Held::Record { history, steps } => {
+                let code = |it: &Code| Ok((self.step(&it.step)?, it.code));
+                let states = steps.iter().map(code).collect::<Result<_, String>>()?;
+                return Ok(Holds::Recorded { history: self.history(history)?, states });
+            }
+            Held::SendTimer(name) => Origin::SendTimer(self.send(name)?),
+            Held::Ended(number) => Origin::Ended(self.part(*number)?),
+            Held::HeldOutput(output, part) => {
+                let output = numbered("output", *output, self.net.outputs.ids())?;
+                Origin::HeldOutput(output, self.part(*part)?)
+            }
+            Held::InternalQueue(at) => {
+                element = *at;
+                Origin::InternalQueue
+            }
+            Held::InternalLength => Origin::InternalLength,
+            Held::ExternalQueue(at) => {
+                element = *at;
+                Origin::ExternalQueue
+            }
+            Held::ExternalLength => Origin::ExternalLength,
         };
         Ok(Holds::Piece(origin, element))
     }

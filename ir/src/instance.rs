@@ -2,7 +2,7 @@
 //! it as a hint. The proof checks what the hint states about the state of the net, so a wrong statement can prevent a proof but never cause a wrong one. It
 //! does not check which member of the interface is which input or output, or which function answers which query: this defines the statement that is proved.
 
-use crate::net::{InputId, OutputId, StepId, VarId};
+use crate::net::{HistoryId, InputId, OutputId, PartId, StepId, VarId};
 use crate::program::Origin;
 
 /// The representation of a net in C.
@@ -22,6 +22,36 @@ pub struct Representation {
     pub vars: Vec<(VarId, String)>,
     /// The function that returns the fault, if there is one.
     pub fault: Option<String>,
+    /// For a statechart: the contents of the locals of `PREFIX_step` at the start of each round of its evolution.
+    pub locals: Vec<(Local, Carried)>,
+}
+
+/// A scalar local of `PREFIX_step`, or a member of a local structure.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Local {
+    /// The name of the local.
+    pub name: String,
+    /// The member, if the local is a structure.
+    pub member: Option<String>,
+}
+
+/// What the evolution of a statechart carries from one check to the next, beside the state of the net (semantics §3.9).
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Carried {
+    /// The reaction has a fault so far.
+    Fault,
+    /// There is another check.
+    Again,
+    /// The number of the event of this check, counted from 1 in this list; 0 for a check without an event.
+    Event(Vec<InputId>),
+    /// The micro-steps since the last event that restarts the count.
+    Count,
+    /// The number of waiting events that restart the count.
+    Restarts,
+    /// This event of the row still waits.
+    Waits(InputId),
+    /// The chart had ended before this reaction.
+    HadEnded(PartId),
 }
 
 /// A scalar member of a structure, or a bit of one.
@@ -69,5 +99,13 @@ pub enum Holds {
         cap: i64,
         /// True if the scalar is 0 while none of the steps is active; otherwise it may then have any value up to `cap`.
         is_zero_between: bool,
+    },
+    /// What a history recorded, as the number of one of these states; 0 if nothing in them. A state counts as recorded if the history recorded it, a state that
+    /// contains it, or a state in it.
+    Recorded {
+        /// The history.
+        history: HistoryId,
+        /// The states, which exclude each other, with their numbers.
+        states: Vec<(StepId, i64)>,
     },
 }

@@ -77,11 +77,11 @@ const LIMIT: Duration = Duration::from_secs(60);
 
 /// A change of one token of one file.
 #[derive(Debug, Clone)]
-struct Change {
-    file: usize,
-    from: usize,
-    to: usize,
-    with: String,
+pub(crate) struct Change {
+    pub(crate) file: usize,
+    pub(crate) from: usize,
+    pub(crate) to: usize,
+    pub(crate) with: String,
 }
 
 struct Subject {
@@ -214,7 +214,7 @@ fn is_tested(report: &OutputReport) -> bool {
 }
 
 /// A difference between mutant and simulator that these stimuli show.
-fn difference(net: &Valid<Net>, mutant: &Package) -> Option<String> {
+pub(crate) fn difference(net: &Valid<Net>, mutant: &Package) -> Option<String> {
     let program = match c::compile(mutant, &harness(net, mutant), &["-std=c99", "-O0"]) {
         Ok(program) => program,
         Err(why) => return Some(why.to_string()),
@@ -255,7 +255,7 @@ fn directed(net: &Valid<Net>) -> Vec<Stimulus> {
 }
 
 /// All changes of a package: in the bodies of functions and in tables.
-fn changes(package: &Package) -> Vec<Change> {
+pub(crate) fn changes(package: &Package) -> Vec<Change> {
     let mut all = Vec::new();
     for (file, text) in package.files.iter().enumerate() {
         let is_c = text.name.ends_with(".c") || text.name.ends_with(".h");

@@ -101,7 +101,7 @@ fn collect(folder: &Path, into: &mut Vec<PathBuf>) {
 }
 
 /// The charts of the examples and of the golden cases. Files with errors, and those that need others, are left out.
-fn charts() -> Vec<(String, Valid<Net>)> {
+pub(crate) fn charts() -> Vec<(String, Valid<Net>)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut paths = Vec::new();
     collect(&root.join("../examples"), &mut paths);

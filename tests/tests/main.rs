@@ -11,6 +11,7 @@ mod c_mutations;
 mod c_random;
 mod c_reader;
 mod c_sources;
+mod c_statecharts;
 mod chart_pairs;
 mod controllers;
 mod conversions;

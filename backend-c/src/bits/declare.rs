@@ -7,9 +7,9 @@ use crate::c::print::Node;
 use crate::cexpr::{constant, storage};
 use crate::range::Range;
 use crate::style_output::Member;
-use grafsynth_ir::instance::{Holds, Place};
+use grafsynth_ir::instance::{Holds, Local, Place};
 use grafsynth_ir::net::StepId;
-use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempRole};
+use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempId, TempRole};
 use std::collections::BTreeSet;
 
 impl Emit<'_> {
@@ -51,6 +51,16 @@ impl Emit<'_> {
         }
         all.extend(fault.then(|| (Place::member("fault"), Holds::Piece(Origin::Fault, 0))));
         all
+    }
+
+    /// The local of `NAME_step` that stores a temp, as the proof finds it.
+    pub(crate) fn local(&self, temp: TempId) -> Option<Local> {
+        let name = self.temps[temp].clone();
+        match self.homes[temp] {
+            Home::Here | Home::Local(0) => Some(Local { name, member: None }),
+            Home::Shared => Some(Local { name: "scan".to_owned(), member: Some(name) }),
+            Home::Local(_) | Home::Nowhere => None,
+        }
     }
 
     /// Steps that are stored as single bits of the instance.

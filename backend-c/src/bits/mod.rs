@@ -253,6 +253,7 @@ impl<'a> Emit<'a> {
             engine: None,
             ranges: self.ranges(),
             holds: self.holds(sets_fault),
+            locals: Vec::new(),
             one_bit: self.one_bit(),
         }
     }

@@ -36,6 +36,7 @@ use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Facts;
+use grafsynth_ir::instance::{Carried, Holds, Local, Place};
 use grafsynth_ir::lower::program::{Pieces, pieces};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Enter, Evolution, HistoryId, InputId, Net, StepId, Transition};
@@ -376,7 +377,8 @@ impl Emit<'_> {
             helpers: self.statements.helpers.clone(),
             engine: None,
             ranges: self.ranges(),
-            holds: Vec::new(),
+            holds: self.holds(sets_fault),
+            locals: self.locals(),
             one_bit: self.statements.one_bit(),
         }
     }
@@ -475,6 +477,51 @@ impl Emit<'_> {
         }
         ranges.extend(self.statements.ranges());
         ranges
+    }
+
+    /// The contents of the scalars of the instance.
+    fn holds(&self, fault: bool) -> Vec<(Place, Holds)> {
+        let number = |at: usize| i64::try_from(at).unwrap_or(i64::MAX);
+        let mut all = Vec::new();
+        for (region, variable) in self.plan.regions.iter().zip(&self.variables) {
+            let Some(variable) = variable else { continue };
+            let steps = region.terminals.iter().enumerate();
+            let steps = steps.map(|(at, step)| (*step, number(at + 1))).collect();
+            let none = (!region.is_always).then_some(0);
+            all.push((Place::member(variable), Holds::ActiveOf { steps, none }));
+        }
+        for (id, kept) in &self.memories {
+            let owner = self.net.histories[*id].owner;
+            for (region, name) in kept {
+                let states: Vec<(StepId, i64)> = match self.plan.regions.get(*region) {
+                    // Only the fact is stored, as 1.
+                    None => vec![(owner, 1)],
+                    Some(data) => {
+                        let terminals = data.terminals.iter().enumerate();
+                        let own = terminals.filter(|(_, step)| self.is_inside(**step, owner));
+                        own.map(|(at, step)| (*step, number(at + 1))).collect()
+                    }
+                };
+                all.push((Place::member(name), Holds::Recorded { history: *id, states }));
+            }
+        }
+        all.extend(self.statements.holds(fault));
+        all
+    }
+
+    /// True if a state is a proper descendant of another one.
+    fn is_inside(&self, step: StepId, outer: StepId) -> bool {
+        let mut around = self.net.steps[step].parent;
+        while let Some(state) = around.filter(|state| *state != outer) {
+            around = self.net.steps[state].parent;
+        }
+        around.is_some()
+    }
+
+    /// The locals of a reaction that carry something from check to check.
+    fn locals(&self) -> Vec<(Local, Carried)> {
+        let carried = self.pieces.carried.iter();
+        carried.filter_map(|(id, what)| Some((self.statements.local(*id)?, what.clone()))).collect()
     }
 
     /// The values of the state variables.

@@ -310,6 +310,11 @@ impl Query {
         self.solver.solve_limited(&lits)
     }
 
+    /// The conflicts of the last question.
+    pub(super) fn spent(&self) -> u64 {
+        self.solver.cb().learnt
+    }
+
     /// The value of a variable in the assignment that was found.
     pub(super) fn is_true(&self, variable: Lit) -> bool {
         self.vars

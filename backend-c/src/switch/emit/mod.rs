@@ -235,6 +235,7 @@ impl<'a> Emit<'a> {
             engine: None,
             ranges: self.ranges(fault_possible),
             holds: self.holds(fault_possible),
+            locals: Vec::new(),
             one_bit: BTreeSet::new(),
         }
     }

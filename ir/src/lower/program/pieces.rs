@@ -20,13 +20,16 @@
 //! final states that complete a parallel state ([`StatePieces::completes`]): in these lists, a state that has been left reads false, and so does a state
 //! that has not been entered yet.
 
+use super::queues::External;
+use super::statechart::Rounds;
 use super::tree::Tree;
 use super::{Additions, Builder, ProgramOptions, temp};
 use crate::arena::IdMap;
 use crate::diag::Diagnostic;
-use crate::expr::CompareOp;
+use crate::expr::{CompareOp, ExprKind};
+use crate::instance::Carried;
 use crate::net::{History, InputId, InputKind, Leaf as NetLeaf, Net, Step, StepKind, Transition};
-use crate::program::{CellId, Expr, Program, Stmt, TempId, TempRole};
+use crate::program::{CellId, Expr, Leaf, Program, Stmt, TempId, TempRole};
 use crate::simplify::simplify;
 use crate::validate::Valid;
 
@@ -69,6 +72,8 @@ pub struct Pieces {
     pub default_content: IdMap<History, Vec<Stmt>>,
     /// For each history, its cells, one per recorded state.
     pub recorded: IdMap<History, Vec<CellId>>,
+    /// The temporaries whose values at the end of a check are read later.
+    pub carried: Vec<(TempId, Carried)>,
 }
 
 /// The lists of a state.
@@ -174,6 +179,7 @@ impl Builder<'_> {
         let mut after = Vec::new();
         self.end_reaction(fault, &mut after);
         let limit = self.limit().unwrap_or(1);
+        let carried = self.carried(fault, rounds);
         Pieces {
             program: Program { temps: std::mem::take(&mut self.temps), ..Program::default() },
             before,
@@ -193,7 +199,33 @@ impl Builder<'_> {
             transitions,
             default_content,
             recorded,
+            carried,
         }
+    }
+
+    /// The temporaries that carry something from check to check, and to the end of the reaction.
+    fn carried(&self, fault: TempId, rounds: Rounds) -> Vec<(TempId, Carried)> {
+        let mut all = vec![
+            (fault, Carried::Fault),
+            (rounds.again, Carried::Again),
+            (rounds.count, Carried::Count),
+        ];
+        if let Some(queues) = &self.queues {
+            all.extend(rounds.current.map(|it| (it, Carried::Event(queues.events.clone()))));
+            if let External::Row(events) = &queues.external {
+                let waits = |(event, temp): &(InputId, Option<TempId>)| {
+                    temp.map(|temp| (temp, Carried::Waits(*event)))
+                };
+                all.extend(events.iter().filter_map(waits));
+            }
+        }
+        all.extend(rounds.restarts.map(|it| (it, Carried::Restarts)));
+        for (part, had_ended) in self.had_ended.iter() {
+            if let Some(ExprKind::Leaf(Leaf::Temp(it))) = had_ended.as_ref().map(|it| &it.kind) {
+                all.push((*it, Carried::HadEnded(part)));
+            }
+        }
+        all
     }
 
     /// The receptivities; those that others read, or that call functions, become named temporaries.
@@ -278,6 +310,8 @@ impl Pieces {
             &kept,
         );
         self.event = self.event.and_then(|id| renamed.temp(id));
+        let carried = std::mem::take(&mut self.carried).into_iter();
+        self.carried = carried.filter_map(|(id, it)| Some((renamed.temp(id)?, it))).collect();
         for id in self.bits.values_mut().chain(self.recorded.values_mut().flatten()) {
             *id = renamed.cell(*id).unwrap_or(*id);
         }

@@ -32,7 +32,7 @@ pub(super) struct Rounds {
     /// The number of the current event, 0 for none; `None` if the net has no events.
     pub(super) current: Option<TempId>,
     /// The number of waiting events that restart the count; `None` if nothing is sent, because then every waiting event restarts it.
-    restarts: Option<TempId>,
+    pub(super) restarts: Option<TempId>,
 }
 
 impl Builder<'_> {

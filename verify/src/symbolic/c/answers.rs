@@ -1,6 +1,6 @@
 //! Answers to the questions of an attempt, by construction or by the solver.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
@@ -151,7 +151,7 @@ impl Attempt<'_> {
         for (steps, made) in &mut self.invariants {
             if support.iter().any(|lit| steps.contains(lit)) {
                 let aig = &mut self.model.maker.aig;
-                holds.push(*made.get_or_insert_with(|| exactly_one(aig, steps)));
+                holds.push(*made.get_or_insert_with(|| exactly_one(aig, steps.iter().copied())));
             }
         }
         self.never_together(&support, &mut clauses);
@@ -220,17 +220,43 @@ impl Attempt<'_> {
             Question::Obligation(what, _, _) => {
                 format!("the C may have undefined behaviour (it {what})")
             }
+            Question::Exclusive(at) => {
+                let member = &self.of.hint.state[*at].0.member;
+                format!(
+                    "it is not proved that the steps in `{member}` exclude each other: they may be active together"
+                )
+            }
+            Question::Within(place, at) => {
+                let member = &self.of.hint.state[*at].0.member;
+                format!("`self->{member}` may differ from the state of the chart {}", place.text())
+            }
+            Question::Local(place, at) => {
+                let local = &self.of.hint.locals[*at].0;
+                let member = local.member.as_ref().map_or(String::new(), |it| format!(".{it}"));
+                let name = &local.name;
+                format!("the local `{name}{member}` may differ from the chart {}", place.text())
+            }
+            Question::Counter(place, _) => {
+                format!("the counter of the loop may not count the checks {}", place.text())
+            }
+            Question::GoesOn(place) => {
+                format!("the loop may end too early or too late {}", place.text())
+            }
+            Question::Invariant(place, _) => {
+                format!("an invariant of the evolution may be false {}", place.text())
+            }
+            Question::Begins | Question::Progress => "an evolution may not end".to_owned(),
         }
     }
 }
 
 /// The condition that exactly one of some functions is true.
-fn exactly_one(aig: &mut Aig, all: &BTreeSet<Lit>) -> Lit {
+pub(super) fn exactly_one(aig: &mut Aig, all: impl IntoIterator<Item = Lit>) -> Lit {
     let (mut one, mut two) = (Lit::FALSE, Lit::FALSE);
     for lit in all {
-        let again = aig.and(one, *lit);
+        let again = aig.and(one, lit);
         two = aig.or(two, again);
-        one = aig.or(one, *lit);
+        one = aig.or(one, lit);
     }
     aig.and(one, !two)
 }

@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
+use grafsynth_ir::instance::Holds;
 use grafsynth_ir::net::InputKind;
+use grafsynth_ir::program::Origin;
 
 use super::exec::Program;
 use super::memory::{INPUTS, Scalar};
@@ -38,6 +40,12 @@ pub(super) struct Attempt<'a> {
     pub(super) bit_of: BTreeMap<Lit, u32>,
     /// The sets of steps of which exactly one is active, each with the invariant as a function once a question needs it.
     pub(super) invariants: Vec<(BTreeSet<Lit>, Option<Lit>)>,
+    /// For a statechart: scalars by their number in the hint, each with the condition that its steps do not exclude each other.
+    pub(super) exclusive: Vec<(usize, Lit)>,
+    /// Conditions that are true in every state of the instance that the hint describes.
+    pub(super) assumed: Vec<Lit>,
+    /// Variables that no statement changes, beside those of the inputs.
+    pub(super) constant_in_loop: BTreeSet<Lit>,
 }
 
 impl<'a> Attempt<'a> {
@@ -56,7 +64,9 @@ impl<'a> Attempt<'a> {
         let structures =
             Structures { instance: named("_t"), inputs: named("_in_t"), outputs: named("_out_t") };
         let (mut state, mut inputs) = (model.state.clone(), model.inputs.clone());
-        for step in &of.facts.unreachable_steps {
+        let is_statechart = of.net.settings.policy.is_statechart();
+        // A state of a statechart may be active within a reaction only.
+        for step in of.facts.unreachable_steps.iter().filter(|_| !is_statechart) {
             state.active[step.index()] = Lit::FALSE;
         }
         if let Some(focus) = focus {
@@ -80,7 +90,15 @@ impl<'a> Attempt<'a> {
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
+            exclusive: Vec::new(),
+            assumed: Vec::new(),
+            constant_in_loop: BTreeSet::new(),
         };
+        let is_queue =
+            |(_, holds): &(_, Holds)| matches!(holds, Holds::Piece(Origin::ExternalQueue, _));
+        if is_statechart && of.hint.state.iter().any(is_queue) {
+            this.model.maker.with_external_queue();
+        }
         let all = of.facts.invariants.iter().chain(of.further);
         let singles = all.filter(|invariant| invariant.count == 1);
         for invariant in singles {
@@ -91,6 +109,7 @@ impl<'a> Attempt<'a> {
             let value = this.held(place, holds)?;
             this.before.push(value);
         }
+        this.relate_recorded();
         Ok(this)
     }
 
@@ -114,7 +133,10 @@ impl<'a> Attempt<'a> {
         self.call("_init", &mut memory, None)?;
         let mut checks = self.related(&state, fault, &memory)?;
         checks.extend(self.shown_outputs(&outputs, &memory)?);
-        checks.extend(self.queries(&state, Some(Lit::FALSE), &memory)?);
+        checks.extend(self.queries(&state, Some(fault), &memory)?);
+        if self.of.net.settings.policy.is_statechart() {
+            checks.extend(self.invariants_of_row(&state));
+        }
         checks.extend(self.obligations());
         Ok(checks)
     }

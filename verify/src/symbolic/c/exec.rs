@@ -224,6 +224,53 @@ impl<'u> Program<'u> {
         Ok(value)
     }
 
+    /// Begins a call that is executed in parts, by [`Program::straight`] and [`Program::once`].
+    pub(super) fn begin(
+        &mut self,
+        function: SymbolId,
+        arguments: Vec<Scalar>,
+        memory: &mut Memory,
+    ) {
+        let params = self.functions.get(&function).map(|it| it.params).unwrap_or_default();
+        let mut frame = BTreeMap::new();
+        for (param, value) in params.iter().zip(arguments) {
+            let object = self.object(memory, vec![Rc::new(Cell::of(value))]);
+            frame.insert(*param, object);
+        }
+        self.frames.push(frame);
+    }
+
+    /// Runs statements one after the other whose locals remain; an error if some path leaves them.
+    pub(super) fn straight(
+        &mut self,
+        list: impl IntoIterator<Item = &'u Stmt>,
+        memory: Memory,
+    ) -> Done<Memory> {
+        let mut memory = memory;
+        for stmt in list {
+            let flow = self.stmt(stmt, memory)?;
+            memory = Self::only(flow)?;
+        }
+        Ok(memory)
+    }
+
+    /// Runs a block under the condition that is true on the current path; an error if some path leaves it.
+    pub(super) fn once(&mut self, list: &'u [Stmt], memory: Memory) -> Done<Memory> {
+        let flow = self.block(list, memory)?;
+        Self::only(flow)
+    }
+
+    fn only(flow: Flow) -> Done<Memory> {
+        match flow {
+            Flow { normal: Some((Lit::TRUE, memory)), breaks, continues, returns }
+                if breaks.is_empty() && continues.is_empty() && returns.is_empty() =>
+            {
+                Ok(memory)
+            }
+            _ => Err("an exit from the middle of a reaction is not supported".to_owned()),
+        }
+    }
+
     /// Counts a step of work; an error if the limit is exceeded.
     pub(super) fn tick(&mut self) -> Done<()> {
         self.work += 1;
@@ -251,7 +298,11 @@ impl<'u> Program<'u> {
     }
 
     /// Runs a part under an additional condition.
-    fn under<T>(&mut self, when: Lit, part: impl FnOnce(&mut Self) -> Done<T>) -> Done<T> {
+    pub(super) fn under<T>(
+        &mut self,
+        when: Lit,
+        part: impl FnOnce(&mut Self) -> Done<T>,
+    ) -> Done<T> {
         let before = self.here;
         self.here = self.aig.and(before, when);
         let done = part(self);

@@ -108,6 +108,13 @@ impl Memory {
         }
     }
 
+    /// Makes an object what it was before.
+    pub(super) fn restore(&mut self, before: &Memory, object: usize) {
+        if let Some(cells) = before.object(object) {
+            self.objects.insert(object, cells.clone());
+        }
+    }
+
     /// True if both are copies of one memory to which nothing was assigned since.
     pub(super) fn is_same(&self, other: &Memory) -> bool {
         self.objects.len() == other.objects.len()
@@ -165,7 +172,7 @@ impl Memory {
 }
 
 /// A cell before values were excluded.
-fn whole(cell: &Rc<Cell>) -> &Rc<Cell> {
+pub(super) fn whole(cell: &Rc<Cell>) -> &Rc<Cell> {
     let mut cell = cell;
     while let Some(larger) = &cell.whole {
         cell = larger;

@@ -13,6 +13,7 @@ mod assume;
 mod attempt;
 mod cases;
 mod eval;
+mod evolution;
 mod exec;
 mod interface;
 mod memory;

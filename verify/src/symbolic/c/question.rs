@@ -29,6 +29,43 @@ pub(super) enum Question {
     Var(usize),
     /// An operation that C may leave undefined, with its location.
     Obligation(&'static str, u32, usize),
+    /// A scalar of the instance, by its number in the hint, whose meaning requires that some states exclude each other.
+    Exclusive(usize),
+    /// A scalar of the instance, by its number in the hint, at a place in the evolution of a statechart.
+    Within(Place, usize),
+    /// A local of a reaction, by its number in the hint, at a place in the evolution of a statechart.
+    Local(Place, usize),
+    /// The counter of the loop, by its position, at a place in the evolution of a statechart.
+    Counter(Place, usize),
+    /// Whether there is another check, at a place in the evolution of a statechart.
+    GoesOn(Place),
+    /// An invariant of the second encoding, by its number, at a place in the evolution of a statechart.
+    Invariant(Place, usize),
+    /// The second encoding starts an evolution as the bound on its checks assumes.
+    Begins,
+    /// The second encoding makes progress with each check.
+    Progress,
+}
+
+/// A place in the evolution of a statechart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Place {
+    /// Before the first check.
+    Start,
+    /// After a check.
+    Check,
+    /// After the last check.
+    End,
+}
+
+impl Place {
+    pub(super) fn text(self) -> &'static str {
+        match self {
+            Place::Start => "before the first check",
+            Place::Check => "after a check",
+            Place::End => "after the last check",
+        }
+    }
 }
 
 pub(super) struct Check {

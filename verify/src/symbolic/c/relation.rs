@@ -6,17 +6,20 @@ use grafsynth_c::tree::StructId;
 use grafsynth_c::tree::types::IntKind;
 use grafsynth_ir::expr::{CompareOp, Type as NetType};
 use grafsynth_ir::instance::{Holds, Place};
-use grafsynth_ir::net::StepId;
+use grafsynth_ir::net::{EdgeId, HistoryId, StepId};
 use grafsynth_ir::program::Origin;
 
+use super::answers::exactly_one;
 use super::attempt::Attempt;
 use super::memory::{INSTANCE, Memory, OUTPUTS, Scalar};
-use super::net_values::{differs, piece};
+use super::net_values::{differs, item, piece, queue_of};
 use super::question::{Check, Question};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
 use crate::symbolic::state::{State, Value};
+use crate::symbolic::statechart::Tree;
+use crate::symbolic::statechart::cut::Which;
 
 impl Attempt<'_> {
     pub(super) fn fresh(&mut self, n_bits: u32) -> Vec<Lit> {
@@ -29,6 +32,14 @@ impl Attempt<'_> {
     pub(super) fn held(&mut self, place: &Place, holds: &Holds) -> Result<Scalar, String> {
         match holds {
             Holds::Piece(origin, element) => {
+                if let Some(which) = queue_of(*origin) {
+                    return self.held_item(place, which, *element);
+                }
+                if let Origin::Edge(edge) = *origin
+                    && self.of.net.settings.policy.is_statechart()
+                {
+                    return self.held_edge(place, edge);
+                }
                 match piece(&self.state, *origin, *element) {
                     Some(Value::Flag(lit)) => Ok(Scalar::Int(Int::Bit(lit))),
                     Some(Value::Number(number)) => Ok(Scalar::Int(Int::Word(number))),
@@ -47,8 +58,14 @@ impl Attempt<'_> {
                     let any = self.aig().or_all(any);
                     cases.push((i128::from(*none), !any));
                 }
+                if self.of.net.settings.policy.is_statechart() {
+                    let known: Vec<Lit> = cases.iter().map(|(_, when)| *when).collect();
+                    let one = exactly_one(self.aig(), known);
+                    self.exclusive.push((self.before.len(), !one));
+                }
                 Ok(Scalar::Int(Int::choice(self.aig(), cases)))
             }
+            Holds::Recorded { history, states } => Ok(self.held_record(*history, states)),
             Holds::TimeOf { steps, cap, is_zero_between } => {
                 let n_bits = 64 - cap.leading_zeros();
                 let bits = self.fresh(n_bits);
@@ -74,6 +91,100 @@ impl Attempt<'_> {
                 Ok(Scalar::Int(Int::Word(time)))
             }
         }
+    }
+
+    /// The last value of an operand: any value if nothing compares it again.
+    fn held_edge(&mut self, place: &Place, edge: EdgeId) -> Result<Scalar, String> {
+        let state = self.state.clone();
+        let used = self.with_model(|this| this.model.maker.compares_later(&state, edge));
+        let old = Int::Bit(state.old.get(edge.index()).copied().unwrap_or(Lit::FALSE));
+        let other = self.anything(self.structures.instance, place)?;
+        let Scalar::Int(other) = other else { return Ok(other) };
+        Ok(Scalar::Int(Int::merge(self.aig(), &[(used, old), (!used, other)])))
+    }
+
+    /// An element of a queue: any value if it is not used.
+    fn held_item(&mut self, place: &Place, which: Which, element: u32) -> Result<Scalar, String> {
+        let other = self.anything(self.structures.instance, place)?;
+        let state = self.state.clone();
+        let item = item(self.aig(), &state, which, element);
+        let (Some((number, used)), Scalar::Int(other)) = (item, &other) else { return Ok(other) };
+        let ways = [(used, Int::Word(number)), (!used, other.clone())];
+        Ok(Scalar::Int(Int::merge(self.aig(), &ways)))
+    }
+
+    /// What a history recorded: any of the states, or none. The records of the net follow from it.
+    fn held_record(&mut self, history: HistoryId, states: &[(StepId, i64)]) -> Scalar {
+        let net = self.of.net;
+        let bits: Vec<Lit> = states.iter().map(|_| self.aig().variable()).collect();
+        let any = self.aig().or_all(bits.iter().copied());
+        let one = exactly_one(self.aig(), bits.iter().copied().chain([!any]));
+        self.assumed.push(one);
+        for case in &net.histories[history].cases {
+            let within = states.iter().zip(&bits);
+            let within: Vec<Lit> = within
+                .filter(|((step, _), _)| Tree::is_within(net, *step, case.step))
+                .map(|(_, bit)| *bit)
+                .collect();
+            if !within.is_empty() {
+                let recorded = self.aig().or_all(within);
+                self.state.recorded.insert((history, case.step), recorded);
+            }
+        }
+        let cases = states.iter().zip(&bits).map(|((_, code), bit)| (i128::from(*code), *bit));
+        let cases: Vec<(i128, Lit)> = cases.chain([(0, !any)]).collect();
+        Scalar::Int(Int::choice(self.aig(), cases))
+    }
+
+    /// Assumes the rest of the relation between what histories recorded and the instance.
+    pub(super) fn relate_recorded(&mut self) {
+        let state = self.state.clone();
+        for (at, (_, holds)) in self.of.hint.state.iter().enumerate() {
+            let Holds::Recorded { history, states } = holds else { continue };
+            let Some(Scalar::Int(value)) = self.before.get(at).cloned() else { continue };
+            for broken in self.unrecorded(*history, states, &value, &state) {
+                self.assumed.push(!broken);
+            }
+        }
+    }
+
+    /// The conditions under which a scalar is not the number of the state that a history recorded.
+    fn unrecorded(
+        &mut self,
+        history: HistoryId,
+        states: &[(StepId, i64)],
+        value: &Int,
+        state: &State,
+    ) -> Vec<Lit> {
+        let net = self.of.net;
+        let aig = &mut self.program.aig;
+        let none = value.is(aig, 0);
+        let is: Vec<Lit> =
+            states.iter().map(|(_, code)| value.is(aig, i128::from(*code))).collect();
+        let mut all = vec![!exactly_one(aig, is.iter().copied().chain([none]))];
+        let cases = &net.histories[history].cases;
+        let recorded =
+            |step: StepId| state.recorded.get(&(history, step)).copied().unwrap_or(Lit::FALSE);
+        for case in cases {
+            let within = states.iter().zip(&is);
+            let within: Vec<Lit> = within
+                .filter(|((step, _), _)| Tree::is_within(net, *step, case.step))
+                .map(|(_, is)| *is)
+                .collect();
+            if !within.is_empty() {
+                let any = aig.or_all(within);
+                all.push(aig.xor(any, recorded(case.step)));
+            }
+        }
+        for ((step, _), is) in states.iter().zip(&is) {
+            if cases.iter().any(|case| Tree::is_within(net, *step, case.step)) {
+                continue;
+            }
+            let inside = cases.iter().filter(|case| Tree::is_within(net, case.step, *step));
+            let any = aig.or_all(inside.map(|case| recorded(case.step)).collect::<Vec<_>>());
+            all.push(aig.xor(*is, any));
+        }
+        all
     }
 
     /// The time of a step as the net counts it, from a timer that may count further than the cap.
@@ -109,6 +220,10 @@ impl Attempt<'_> {
         has_none: bool,
     ) -> Result<(), String> {
         let codes: BTreeSet<i64> = steps.iter().map(|(_, code)| *code).collect();
+        // In a statechart this is a question of its own.
+        if self.of.net.settings.policy.is_statechart() && codes.len() == steps.len() {
+            return Ok(());
+        }
         let component = |step: StepId| self.of.facts.component_of.as_ref().and_then(|of| of[step]);
         let first = steps.first().and_then(|(step, _)| component(*step));
         let is_one = match (steps, first) {
@@ -140,21 +255,54 @@ impl Attempt<'_> {
             let value = match (&cell.value, holds) {
                 (Some(Scalar::Int(value)), _) => value.clone(),
                 (_, Holds::Piece(origin, element))
-                    if piece(state, *origin, *element).is_none() && *origin != Origin::Fault =>
+                    if piece(state, *origin, *element).is_none()
+                        && *origin != Origin::Fault
+                        && queue_of(*origin).is_none() =>
                 {
                     continue;
                 }
                 _ => return Err(format!("`{}` is not set", place.member)),
             };
-            let broken = self.broken(holds, &value, state, fault);
+            let broken = match holds {
+                Holds::Piece(origin, element) if queue_of(*origin).is_some() => {
+                    self.wrong_item(*origin, *element, &value, state)
+                }
+                Holds::Piece(Origin::Edge(edge), _)
+                    if self.of.net.settings.policy.is_statechart() =>
+                {
+                    let used =
+                        self.with_model(|this| this.model.maker.compares_later(state, *edge));
+                    let all = self.broken(holds, &value, state, fault);
+                    all.into_iter().map(|broken| self.program.aig.and(broken, used)).collect()
+                }
+                _ => self.broken(holds, &value, state, fault),
+            };
             let add = |broken| Check { question: question.clone(), broken };
             checks.extend([cell.unset].into_iter().chain(broken).map(add));
         }
         Ok(checks)
     }
 
+    /// The condition under which an element of a queue differs although it is used, between reactions.
+    fn wrong_item(&mut self, origin: Origin, element: u32, value: &Int, state: &State) -> Vec<Lit> {
+        let aig = &mut self.program.aig;
+        let found = queue_of(origin).and_then(|which| item(aig, state, which, element));
+        let Some((number, used)) = found else { return Vec::new() };
+        let differ = differs(aig, value, &Value::Number(number));
+        vec![aig.and(used, differ)]
+    }
+
     /// The conditions under which a scalar does not have the required value.
-    fn broken(&mut self, holds: &Holds, value: &Int, state: &State, fault: Lit) -> Vec<Lit> {
+    pub(super) fn broken(
+        &mut self,
+        holds: &Holds,
+        value: &Int,
+        state: &State,
+        fault: Lit,
+    ) -> Vec<Lit> {
+        if let Holds::Recorded { history, states } = holds {
+            return self.unrecorded(*history, states, value, state);
+        }
         let aig = &mut self.program.aig;
         let mut all = Vec::new();
         let mut add = |broken: Lit| all.push(broken);
@@ -216,6 +364,7 @@ impl Attempt<'_> {
                     add(broken);
                 }
             }
+            Holds::Recorded { .. } => {}
         }
         all
     }

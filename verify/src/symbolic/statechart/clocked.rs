@@ -61,7 +61,7 @@ fn limit_of(net: &Net) -> u32 {
 
 impl Maker<'_> {
     /// The run as bits.
-    fn written(&mut self, run: &Run) -> Vec<Lit> {
+    pub(super) fn written(&mut self, run: &Run) -> Vec<Lit> {
         let listened = self.chart().listened.clone();
         let mut bits = vec![run.running, run.fresh];
         bits.extend(
@@ -95,7 +95,7 @@ impl Maker<'_> {
     }
 
     /// The run from its bits; `like` has the same queues.
-    fn read_run(&mut self, like: &Run, bits: &[Lit]) -> Run {
+    pub(super) fn read_run(&mut self, like: &Run, bits: &[Lit]) -> Run {
         let listened = self.chart().listened.clone();
         let charts = self.shape.chart.ended.clone();
         let mut bits = Bits { bits: bits.to_vec(), at: 0 };

@@ -5,6 +5,7 @@
 //! After an event that nothing reacts to, the check without an event would be the same as before, so the next event is taken at once.
 
 mod clocked;
+pub(super) mod cut;
 mod enter;
 mod queues;
 pub(super) mod run;

@@ -1,0 +1,662 @@
+//! The proof of C of statecharts, whose evolution is a loop in `NAME_step`: the reaction is cut at the start of each round of that loop.
+//!
+//! A round of the loop is one check (semantics §3.9), and so is a step of the second encoding. At each cut the instance stores the state of the net, and the
+//! locals store what the evolution carries from check to check; the hint tells which local stores what. The proof shows this relation at the first cut, for
+//! the part of `NAME_step` before the loop, and after one round from any related situation that satisfies the invariants of the evolution. The loop goes on
+//! in exactly those situations in which the net makes another check: its counter counts the checks, of which there are never more than a proved number. Last,
+//! the part after the loop gives the outputs and the state of the end of the reaction.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
+
+use grafsynth_c::tree::types::{IntKind, Type};
+use grafsynth_c::tree::{Expr, Stmt, StmtKind, SymbolId, Unit};
+use grafsynth_ir::expr::CompareOp;
+use grafsynth_ir::instance::{Carried, Holds};
+use grafsynth_ir::program::Origin;
+
+use super::Induction;
+use super::attempt::Attempt;
+use super::memory::{
+    Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Object, Scalar, member_offset, n_cells, whole,
+};
+use super::net_values::{differs, length_of, queue_of};
+use super::question::{Check, Place, Question, Subject};
+use super::value::{Int, compare};
+use crate::symbolic::CONE;
+use crate::symbolic::Model;
+use crate::symbolic::aig::Lit;
+use crate::symbolic::number::Number;
+use crate::symbolic::reaction::Reaction;
+use crate::symbolic::state::{State, Value};
+use crate::symbolic::statechart::cut::{Held, Which};
+use crate::symbolic::sweep::Query;
+use batsat::lbool;
+
+/// The maximum number of attempts to find the locals that keep their value in the loop.
+const ATTEMPTS: usize = 8;
+/// The conflicts for all questions about one part, as a multiple of the limit for one question.
+const EFFORT: u64 = 8;
+
+/// `NAME_step`, cut at a loop.
+#[derive(Clone, Copy)]
+struct Cut<'u> {
+    before: &'u [Stmt],
+    init: &'u [Stmt],
+    condition: &'u Expr,
+    step: Option<&'u Expr>,
+    body: &'u [Stmt],
+    after: &'u [Stmt],
+}
+
+/// A scalar of a local, by its object and its cell.
+type Spot = (usize, usize);
+
+/// What is known about a local at a cut.
+#[derive(Debug, Clone)]
+enum Meaning {
+    /// What the hint says.
+    Hint(usize),
+    /// The number of checks so far.
+    Counter,
+    /// A value that the loop does not change.
+    Kept(Rc<Cell>),
+    /// Nothing: it has no value yet, or any value of its type.
+    Nothing,
+}
+
+/// The memory at a cut.
+struct AtCut {
+    memory: Memory,
+    locals: BTreeMap<Spot, Meaning>,
+    /// The number of checks so far.
+    count: Number,
+}
+
+/// Why a part is not proved.
+enum Failed {
+    /// The loop changes these locals.
+    Changed(BTreeSet<Spot>),
+    Open(String),
+}
+
+impl From<String> for Failed {
+    fn from(why: String) -> Self {
+        Failed::Open(why)
+    }
+}
+
+impl Subject<'_> {
+    /// Proves reset and reaction of a statechart.
+    pub(super) fn prove_evolution(self) -> Result<Induction, String> {
+        if !self.hint.locals.iter().any(|(_, what)| *what == Carried::Again) {
+            return Err("a statechart in this style is not supported by the induction".to_owned());
+        }
+        let mut total = Induction::default();
+        Model::of(self.net, Some(1), self.limits)?.prove_structure(self.limits)?;
+        let mut reset = Attempt::new(self, None)?;
+        let checks = reset.reset()?;
+        let settled = reset.settle_all(&checks, false, &mut total);
+        settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
+        let name = format!("{}_step", self.hint.prefix);
+        let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
+        let mut why = "a reaction without a loop over its checks is not supported".to_owned();
+        for cut in cuts {
+            let mut proved = total;
+            match self.prove_cut(cut, &mut proved) {
+                Ok(()) => return Ok(proved),
+                Err(reason) => why = reason,
+            }
+        }
+        Err(why)
+    }
+
+    fn prove_cut(self, cut: Cut<'_>, total: &mut Induction) -> Result<(), String> {
+        let mut start = Attempt::new(self, None)?;
+        let checks = start.start(cut)?;
+        start.settle_all(&checks, false, total)?;
+        let mut varies = BTreeSet::new();
+        for _ in 0..ATTEMPTS {
+            let mut round = Attempt::new(self, None)?;
+            match round.check(cut, &varies) {
+                Err(Failed::Changed(more)) => varies.extend(more),
+                Err(Failed::Open(why)) => return Err(why),
+                Ok(checks) => {
+                    round.settle_all(&checks, true, total)?;
+                    let mut end = Attempt::new(self, None)?;
+                    let checks = end.end(cut, &varies)?;
+                    return end.settle_all(&checks, true, total);
+                }
+            }
+        }
+        Err("the locals that keep their values in the loop were not found".to_owned())
+    }
+}
+
+/// The loops of a function that are not inside other statements.
+fn cuts(unit: &Unit, function: Option<SymbolId>) -> Vec<Cut<'_>> {
+    let mut body: &[Stmt] = &[];
+    grafsynth_c::walk::each_item(&unit.items, &mut |item| {
+        if let grafsynth_c::tree::ItemKind::Function { symbol, body: own, .. } = &item.kind
+            && Some(*symbol) == function
+        {
+            body = own;
+        }
+    });
+    let cut = |at: usize| {
+        let (init, condition, step, inner): (&[Stmt], _, _, _) = match &body[at].kind {
+            StmtKind::For { init, condition: Some(condition), step, body } => {
+                (init, condition, step.as_ref(), body)
+            }
+            StmtKind::While { condition, body } => (&[], condition, None, body),
+            _ => return None,
+        };
+        let (before, after) = (&body[..at], &body[at + 1..]);
+        Some(Cut { before, init, condition, step, body: inner, after })
+    };
+    (0..body.len()).filter_map(cut).collect()
+}
+
+impl<'a> Attempt<'a> {
+    /// The checks of the part before the loop, and of the queries and `NAME_stop`.
+    fn start(&mut self, cut: Cut<'a>) -> Result<Vec<Check>, String> {
+        let before = self.before.clone();
+        let mut memory = self.memory(Some(&before))?;
+        let state = self.state.clone();
+        let mut checks: Vec<Check> = std::mem::take(&mut self.exclusive)
+            .into_iter()
+            .map(|(at, broken)| Check { question: Question::Exclusive(at), broken })
+            .collect();
+        checks.extend(self.queries(&state, None, &memory)?);
+        checks.extend(self.stopped(&memory)?);
+        let start = memory.clone();
+        let first = self.enter(cut, &mut memory)?;
+        self.is_kept(&memory, &start)?;
+        let (state, inputs) = (self.state.clone(), self.inputs.clone());
+        let state = self.with_model(|this| this.model.maker.start_of_evolution(&state, &inputs));
+        checks.extend(self.within(Place::Start, &state, &memory)?);
+        let locals = self.locals(&memory, first, &BTreeSet::new());
+        let none = Number::constant(0);
+        checks.extend(self.local_checks(Place::Start, &locals, &memory, &none)?);
+        checks.extend(self.invariants_of_run(Place::Start, &state));
+        let is_start = self.with_model(|this| this.model.maker.is_start());
+        checks.push(Check { question: Question::Begins, broken: !is_start });
+        checks.extend(self.obligations());
+        Ok(checks)
+    }
+
+    /// The checks of one round of the loop.
+    fn check(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, Failed> {
+        let AtCut { mut memory, locals, count } = self.at_cut(cut, true, varies)?;
+        let goes_on = self.program.truth(cut.condition, &mut memory)?;
+        let mut checks = vec![Check { question: Question::GoesOn(Place::Check), broken: !goes_on }];
+        let mut inner = memory.clone();
+        self.program.assume(cut.condition, true, &mut inner);
+        let after = self.program.under(goes_on, |program| {
+            let mut after = program.once(cut.body, inner)?;
+            if let Some(step) = cut.step {
+                program.effect(step, &mut after)?;
+            }
+            Ok(after)
+        })?;
+        self.is_kept(&after, &memory)?;
+        let mut changed = BTreeSet::new();
+        for ((object, cell), meaning) in &locals {
+            let Meaning::Kept(value) = meaning else { continue };
+            let now = after.object(*object).and_then(|cells| cells.get(*cell));
+            if !now
+                .is_some_and(|now| Rc::ptr_eq(whole(now), whole(value)) || now.value == value.value)
+            {
+                changed.insert((*object, *cell));
+            }
+        }
+        if !changed.is_empty() {
+            return Err(Failed::Changed(changed));
+        }
+        let before = self.with_model(|this| this.model.maker.run_now());
+        let mut state = self.state.clone();
+        self.with_model(|this| this.model.maker.one_check(&mut state))?;
+        checks.extend(self.within(Place::Check, &state, &after)?);
+        let one = Number::constant(1);
+        let next = Number::arith(self.aig(), grafsynth_ir::expr::ArithOp::Add, &count, &one);
+        checks.extend(self.local_checks(Place::Check, &locals, &after, &next)?);
+        checks.extend(self.invariants_of_run(Place::Check, &state));
+        let progress = self.with_model(|this| this.model.maker.progress(&before));
+        checks.push(Check { question: Question::Progress, broken: !progress });
+        checks.extend(self.obligations());
+        Ok(checks)
+    }
+
+    /// The checks of the part after the loop.
+    fn end(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, String> {
+        let AtCut { mut memory, .. } = self.at_cut(cut, false, varies)?;
+        let goes_on = self.program.truth(cut.condition, &mut memory)?;
+        let mut checks = vec![Check { question: Question::GoesOn(Place::End), broken: goes_on }];
+        self.program.assume(cut.condition, false, &mut memory);
+        let start = memory.clone();
+        let memory = self.program.straight(cut.after, memory)?;
+        if !memory.is_unchanged(&start, INPUTS) {
+            return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
+        }
+        let state = self.state.clone();
+        let Reaction { state, outputs, fault } =
+            self.with_model(|this| this.model.maker.rest_of_reaction(state))?;
+        checks.extend(self.related(&state, fault, &memory)?);
+        checks.extend(self.shown_outputs(&outputs, &memory)?);
+        if let Some(name) = &self.of.hint.fault {
+            let value = self.ask(name, &memory)?;
+            let broken = differs(self.aig(), &value, &Value::Flag(fault));
+            checks.push(Check { question: Question::Fault, broken });
+        }
+        checks.extend(self.invariants_of_row(&state));
+        checks.extend(self.obligations());
+        Ok(checks)
+    }
+
+    /// Calls `NAME_step` up to the loop. Returns the number of the first object of the loop.
+    fn enter(&mut self, cut: Cut<'a>, memory: &mut Memory) -> Result<usize, String> {
+        let dt = self.dt()?;
+        self.inputs.tick = Lit::TRUE;
+        self.inputs.dt = Some(dt.clone());
+        self.constant_in_loop.extend(dt.bits().iter().copied());
+        let name = format!("{}_step", self.of.hint.prefix);
+        let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
+        let arguments = self.arguments(function, Some(&dt))?;
+        self.program.begin(function, arguments, memory);
+        let inner = self.program.straight(cut.before, std::mem::take(memory))?;
+        let first = self.program.next_object();
+        *memory = self.program.straight(cut.init, inner)?;
+        Ok(first)
+    }
+
+    /// An error if inputs or outputs were changed.
+    fn is_kept(&self, after: &Memory, before: &Memory) -> Result<(), String> {
+        if [INPUTS, OUTPUTS].into_iter().all(|object| after.is_unchanged(before, object)) {
+            return Ok(());
+        }
+        Err("a change of outputs before the end of the loop is not supported".to_owned())
+    }
+
+    /// The situation at a cut: any state and any run, with `goes_on` before another check, else after the last one.
+    fn at_cut(
+        &mut self,
+        cut: Cut<'a>,
+        goes_on: bool,
+        varies: &BTreeSet<Spot>,
+    ) -> Result<AtCut, String> {
+        let before = self.before.clone();
+        let mut memory = self.memory(Some(&before))?;
+        let start = memory.clone();
+        let first = self.enter(cut, &mut memory)?;
+        // The first part has proved them.
+        self.program.obligations.clear();
+        let (state, inputs) = (self.state.clone(), self.inputs.clone());
+        self.with_model(|this| this.model.maker.any_run(&state, &inputs, goes_on));
+        // The run changes below.
+        let invariants = self.with_model(|this| this.model.maker.run_invariants(&state));
+        self.assumed.extend(invariants);
+        memory.restore(&start, INSTANCE);
+        memory.restore(&start, OUTPUTS);
+        for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
+            let (cell, kind) = self.cell_of(self.structures.instance, place)?;
+            let value = match (self.value_within(&state, at), holds) {
+                (Some((value, used)), _) if used == Lit::TRUE => value,
+                (Some((value, used)), _) => {
+                    let other = self.anything(self.structures.instance, place)?;
+                    let Scalar::Int(other) = other else { continue };
+                    Int::merge(self.aig(), &[(used, value), (!used, other)])
+                }
+                (None, Holds::Piece(Origin::Fault, _)) => {
+                    match self.anything(self.structures.instance, place)? {
+                        Scalar::Int(value) => value,
+                        Scalar::Pointer(_) => continue,
+                    }
+                }
+                (None, _) => continue,
+            };
+            let value = self.typed(Scalar::Int(value), kind);
+            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
+        }
+        let most = self.with_model(|this| this.model.maker.most_rounds());
+        let most = i64::try_from(most).unwrap_or(i64::MAX);
+        // There is another check, so there were fewer before.
+        let most = if goes_on { most - 1 } else { most };
+        let bits = self.fresh(64 - most.leading_zeros());
+        let count = Number::from_code(self.aig(), &bits, 0);
+        let fits = Number::compare(self.aig(), CompareOp::Le, &count, &Number::constant(most));
+        self.assumed.push(fits);
+        let locals = self.locals(&memory, first, varies);
+        for ((object, cell), meaning) in &locals {
+            let kind = self.kind_of_local((*object, *cell));
+            let value = match meaning {
+                Meaning::Kept(_) => continue,
+                Meaning::Counter => Some(Int::Word(count.clone())),
+                Meaning::Hint(at) => {
+                    let what = &self.of.hint.locals[*at].1;
+                    self.carried(what)
+                }
+                Meaning::Nothing => None,
+            };
+            let new = match (value, kind) {
+                (Some(value), Some(kind)) => Cell::of(self.typed(Scalar::Int(value), kind)),
+                (None, Some(kind)) => Cell::of(Scalar::Int(self.any_of(kind))),
+                (_, None) => return Err("a local of this type is not supported".to_owned()),
+            };
+            let has_value = memory.object(*object).and_then(|cells| cells.get(*cell));
+            let has_value = has_value.is_some_and(|cell| cell.unset == Lit::FALSE);
+            // A local without a value before the loop must get one before it is read.
+            let new = if has_value { Rc::new(new) } else { Rc::new(Cell::UNSET) };
+            memory.put(*object, *cell, new);
+        }
+        Ok(AtCut { memory, locals, count })
+    }
+
+    /// Any value of a type.
+    fn any_of(&mut self, kind: IntKind) -> Int {
+        if kind == IntKind::Bool {
+            return Int::Bit(self.aig().variable());
+        }
+        let machine = self.of.unit.machine;
+        let mut bits = self.fresh(machine.bits(kind));
+        if !machine.is_signed(kind) {
+            bits.push(Lit::FALSE);
+        }
+        Int::Word(Number::of_bits(bits))
+    }
+
+    fn carried(&mut self, what: &Carried) -> Option<Int> {
+        let held = self.with_model(|this| this.model.maker.carried(what))?;
+        Some(self.int_of(held))
+    }
+
+    fn int_of(&mut self, held: Held) -> Int {
+        match held {
+            Held::Flag(lit) => Int::Bit(lit),
+            Held::Number(number) => Int::Word(number),
+            Held::Cases(cases) => {
+                let cases = cases.into_iter().map(|(value, when)| (i128::from(value), when));
+                Int::choice(self.aig(), cases)
+            }
+        }
+    }
+
+    /// The locals at a cut, with what is known about each. Objects from `first` on belong to the loop.
+    fn locals(
+        &mut self,
+        memory: &Memory,
+        first: usize,
+        varies: &BTreeSet<Spot>,
+    ) -> BTreeMap<Spot, Meaning> {
+        let mut all = BTreeMap::new();
+        let Some(frame) = self.program.frames.last().cloned() else { return all };
+        for (symbol, object) in frame {
+            let Object::Changing(number) = object else { continue };
+            let Some(cells) = memory.object(number).cloned() else { continue };
+            for (at, cell) in cells.iter().enumerate() {
+                let spot = (number, at);
+                let is_int = matches!(cell.value, Some(Scalar::Int(_)));
+                let meaning = if let Some(hint) = self.hint_of(symbol, at) {
+                    Meaning::Hint(hint)
+                } else if number >= first && is_int {
+                    Meaning::Counter
+                } else if !varies.contains(&spot) && self.is_constant_in_loop(cell) {
+                    Meaning::Kept(cell.clone())
+                } else {
+                    Meaning::Nothing
+                };
+                all.insert(spot, meaning);
+            }
+        }
+        all
+    }
+
+    /// True if a cell has a value that only inputs and time determine.
+    fn is_constant_in_loop(&mut self, cell: &Cell) -> bool {
+        if cell.unset != Lit::FALSE {
+            return false;
+        }
+        let lits: Vec<Lit> = match &cell.value {
+            Some(Scalar::Int(Int::Bit(lit))) => vec![*lit],
+            Some(Scalar::Int(Int::Choice(cases))) => cases.iter().map(|(_, lit)| *lit).collect(),
+            Some(Scalar::Int(Int::Word(number))) => number.bits().to_vec(),
+            Some(Scalar::Pointer(cases)) => cases.iter().map(|(_, lit)| *lit).collect(),
+            None => return false,
+        };
+        let support = self.program.aig.support(&lits, CONE);
+        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().collect();
+        let known = |lit: &Lit| inputs.contains(lit) || self.constant_in_loop.contains(lit);
+        support.is_some_and(|support| support.iter().all(known))
+    }
+
+    /// The number of the hint about a scalar of a local.
+    fn hint_of(&self, symbol: SymbolId, cell: usize) -> Option<usize> {
+        let data = &self.of.unit.symbols[symbol];
+        self.of.hint.locals.iter().position(|(local, _)| {
+            if local.name != data.name {
+                return false;
+            }
+            let ty = &data.canonical.ty;
+            match (&local.member, ty) {
+                (None, Type::Int(_)) => cell == 0,
+                (Some(member), Type::Struct(id)) => {
+                    let members = &self.of.unit.structs[*id].members;
+                    let at = members.iter().position(|it| it.name == *member);
+                    at.and_then(|at| member_offset(self.of.unit, ty, at)) == Some(cell)
+                }
+                _ => false,
+            }
+        })
+    }
+
+    /// The type of a scalar of a local, if it is an integer.
+    fn kind_of_local(&self, (object, cell): Spot) -> Option<IntKind> {
+        let frame = self.program.frames.last()?;
+        let is_it = |it: &Object| *it == Object::Changing(object);
+        let (symbol, _) = frame.iter().find(|(_, it)| is_it(it))?;
+        kind_at(self.of.unit, &self.of.unit.symbols[*symbol].canonical.ty, cell)
+    }
+
+    /// The value of a scalar of the instance within an evolution, and the condition that it has a meaning; `None` if it is the same as between reactions.
+    fn value_within(&mut self, state: &State, at: usize) -> Option<(Int, Lit)> {
+        let Holds::Piece(origin, element) = self.of.hint.state[at].1 else { return None };
+        if let Origin::Edge(edge) = origin {
+            let (lit, used) = self.with_model(|this| this.model.maker.compared(state, edge))?;
+            return Some((Int::Bit(lit), used));
+        }
+        if let Some(which) = length_of(origin) {
+            let held = self.with_model(|this| this.model.maker.queue_length(which))?;
+            return Some((self.int_of(held), Lit::TRUE));
+        }
+        let which: Which = queue_of(origin)?;
+        let (item, used) = self.with_model(|this| this.model.maker.queue_item(which, element))?;
+        Some((Int::Word(item), used))
+    }
+
+    /// The checks that the instance stores the state within an evolution.
+    fn within(
+        &mut self,
+        place: Place,
+        state: &State,
+        memory: &Memory,
+    ) -> Result<Vec<Check>, String> {
+        let mut checks = Vec::new();
+        for (at, (member, holds)) in self.of.hint.state.iter().enumerate() {
+            let question = Question::Within(place, at);
+            if matches!(holds, Holds::Piece(Origin::Fault, _)) {
+                continue;
+            }
+            let cell = self.read(memory, INSTANCE, self.structures.instance, member)?;
+            let Some(Scalar::Int(value)) = &cell.value else {
+                return Err(format!("`{}` has no value", member.member));
+            };
+            checks.push(Check { question: question.clone(), broken: cell.unset });
+            if let Some((wanted, used)) = self.value_within(state, at) {
+                let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
+                let broken = self.aig().and(used, differ);
+                checks.push(Check { question, broken });
+                continue;
+            }
+            for broken in self.broken(holds, value, state, Lit::FALSE) {
+                checks.push(Check { question: question.clone(), broken });
+            }
+        }
+        Ok(checks)
+    }
+
+    /// The checks that the locals store what the evolution carries, after a number of checks. Most have a meaning only if there is another check.
+    fn local_checks(
+        &mut self,
+        place: Place,
+        locals: &BTreeMap<Spot, Meaning>,
+        memory: &Memory,
+        count: &Number,
+    ) -> Result<Vec<Check>, String> {
+        let goes_on = self.with_model(|this| this.model.maker.goes_on());
+        let mut checks = Vec::new();
+        for ((object, at), meaning) in locals {
+            let cell = memory.object(*object).and_then(|cells| cells.get(*at)).cloned();
+            let (question, wanted, matters) = match meaning {
+                Meaning::Counter => {
+                    (Question::Counter(place, *at), Int::Word(count.clone()), goes_on)
+                }
+                Meaning::Hint(hint) => {
+                    let what = &self.of.hint.locals[*hint].1;
+                    let Some(wanted) = self.carried(what) else {
+                        return Err("what a local stores is unknown".to_owned());
+                    };
+                    let is_read_later =
+                        matches!(what, Carried::Fault | Carried::Again | Carried::HadEnded(_));
+                    let matters = if is_read_later { Lit::TRUE } else { goes_on };
+                    (Question::Local(place, *hint), wanted, matters)
+                }
+                Meaning::Kept(_) | Meaning::Nothing => continue,
+            };
+            let Some(cell) = cell else { continue };
+            let Some(Scalar::Int(value)) = &cell.value else {
+                return Err("a local without a value at the start of the loop".to_owned());
+            };
+            let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
+            let broken = self.aig().or(differ, cell.unset);
+            let broken = self.aig().and(broken, matters);
+            checks.push(Check { question, broken });
+        }
+        Ok(checks)
+    }
+
+    /// The invariants of an evolution, and the ranges of its state. The structure of the states is proved for every micro-step.
+    fn invariants_of_run(&mut self, place: Place, state: &State) -> Vec<Check> {
+        let net = self.of.net;
+        let all = self.with_model(|this| {
+            let maker = &mut this.model.maker;
+            let shape = maker.shape.clone();
+            let mut all = maker.run_invariants(state);
+            all.extend(shape.valid(net, &mut maker.aig, state));
+            all
+        });
+        let check = |(at, holds): (usize, Lit)| Check {
+            question: Question::Invariant(place, at),
+            broken: !holds,
+        };
+        all.into_iter().enumerate().map(check).collect()
+    }
+
+    /// The invariants between reactions, and the ranges of the state.
+    pub(super) fn invariants_of_row(&mut self, state: &State) -> Vec<Check> {
+        let net = self.of.net;
+        let all = self.with_model(|this| {
+            let maker = &mut this.model.maker;
+            let shape = maker.shape.clone();
+            let mut all = maker.row_invariants(state);
+            all.extend(shape.valid(net, &mut maker.aig, state));
+            all
+        });
+        let check = |(at, holds): (usize, Lit)| Check {
+            question: Question::Invariant(Place::End, at),
+            broken: !holds,
+        };
+        all.into_iter().enumerate().map(check).collect()
+    }
+
+    /// What is assumed before a part: the invariants of the state, of the environment and, within an evolution, of the run.
+    fn assumptions(&mut self, is_within: bool) -> Vec<Vec<Lit>> {
+        let state = self.state.clone();
+        let mut all = self.with_model(|this| this.model.maker.structure(&state));
+        if !is_within {
+            all.extend(self.with_model(|this| this.model.maker.row_invariants(&state)));
+        }
+        all.extend(self.model.valid.iter().map(|(_, holds)| *holds));
+        all.extend(self.valid.iter().map(|(_, holds)| *holds));
+        all.extend(&self.assumed);
+        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().collect();
+        for (support, forbidden) in &self.model.forbidden {
+            // What is assumed about the state is assumed between reactions only.
+            if !is_within || support.iter().all(|lit| inputs.contains(lit)) {
+                all.push(!*forbidden);
+            }
+        }
+        let mut clauses: Vec<Vec<Lit>> = all.into_iter().map(|lit| vec![lit]).collect();
+        crate::symbolic::at_most_one(&self.model.events, &mut clauses);
+        clauses
+    }
+
+    /// Shows that no check is broken.
+    fn settle_all(
+        &mut self,
+        checks: &[Check],
+        is_within: bool,
+        total: &mut Induction,
+    ) -> Result<(), String> {
+        let clauses = self.assumptions(is_within);
+        let mut query = Query::new();
+        for clause in clauses {
+            query.assert(&self.program.aig, &clause);
+        }
+        let conflicts = self.of.limits.conflicts;
+        let mut left = conflicts.saturating_mul(EFFORT);
+        for check in checks {
+            let is_obligation = matches!(check.question, Question::Obligation(..));
+            if check.broken == Lit::FALSE {
+                total.same += 1;
+                continue;
+            }
+            let answer = query.solve(&self.program.aig, &[check.broken], conflicts.min(left));
+            left = left.saturating_sub(query.spent());
+            if answer == lbool::FALSE {
+                total.solved += usize::from(!is_obligation);
+                total.obligations += usize::from(is_obligation);
+                continue;
+            }
+            let what = self.describe(&check.question);
+            if answer == lbool::TRUE {
+                let bits: Vec<Lit> =
+                    self.model.name_of.keys().copied().filter(|lit| query.is_true(*lit)).collect();
+                let place = self.model.describe(&bits);
+                return Err(format!("{what} in a state that no invariant excludes: {place}"));
+            }
+            return Err(format!("{what}, or the solver reached its limit"));
+        }
+        Ok(())
+    }
+}
+
+/// The integer type of a scalar of an object.
+fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
+    match ty {
+        Type::Array(element, _) => {
+            let size = n_cells(unit, &element.ty)?.max(1);
+            kind_at(unit, &element.ty, cell % size)
+        }
+        Type::Struct(id) => {
+            let mut cell = cell;
+            for member in &unit.structs[*id].members {
+                let size = n_cells(unit, &member.canonical.ty)?;
+                if cell < size {
+                    return kind_at(unit, &member.canonical.ty, cell);
+                }
+                cell -= size;
+            }
+            None
+        }
+        ty => unit.integer(ty),
+    }
+}
