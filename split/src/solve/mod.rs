@@ -40,7 +40,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { passes: 12, cuts: 100, tree: 20_000_000, program: 40_000 }
+        Self { passes: 12, cuts: 100, tree: 4_000_000, program: 40_000 }
     }
 }
 
