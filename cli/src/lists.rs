@@ -29,7 +29,7 @@ const LISTS: [List; 8] = [
     List {
         id: "from",
         options: &["--from"],
-        verbs: &["check", "build", "sim", "compare", "convert", "trace"],
+        verbs: &["check", "build", "sim", "compare", "convert", "draw", "trace"],
         entries: formats,
     },
     List { id: "to", options: &["--to"], verbs: &["convert"], entries: written },
