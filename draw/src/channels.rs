@@ -46,13 +46,15 @@ struct Horizontal {
     above: Vec<i64>,
     below: Vec<i64>,
     track: usize,
+    /// The line that a detour leads to.
+    feeds: Option<usize>,
 }
 
 impl Horizontal {
     fn new(above: Vec<i64>, below: Vec<i64>, is_double: bool) -> Self {
         let all = || above.iter().chain(&below).copied();
         let (left, right) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
-        Horizontal { left, right, is_double, above, below, track: 0 }
+        Horizontal { left, right, is_double, above, below, track: 0, feeds: None }
     }
 
     /// The columns that no other line of the same track may touch.
@@ -239,7 +241,10 @@ impl Routes<'_> {
         };
         let Some(index) = self.verticals.iter().position(is_moved) else { return };
         let lines = &self.channels[line.0];
-        let Some(by) = lines.iter().position(|one| one.above == [from] && one.below == [to]) else {
+        let Some(by) = lines
+            .iter()
+            .position(|one| one.feeds == Some(line.1) && one.above == [from] && one.below == [to])
+        else {
             return;
         };
         let by = End::Line((line.0, by));
@@ -365,9 +370,11 @@ fn assign(
                     *at = to;
                 }
                 let moved = &mut lines[line];
-                moved.left = moved.left.min(to);
-                moved.right = moved.right.max(to);
-                lines.push(Horizontal::new(vec![from], vec![to], false));
+                let all = || moved.above.iter().chain(&moved.below).copied();
+                let (left, right) = (all().min().unwrap_or(to), all().max().unwrap_or(to));
+                (moved.left, moved.right) = (left, right);
+                let detour = Horizontal::new(vec![from], vec![to], false);
+                lines.push(Horizontal { feeds: Some(line), ..detour });
                 detours.push((line, from, to));
             }
         }
@@ -386,8 +393,12 @@ fn downwards(lines: &[Horizontal]) -> Vec<Vec<(usize, i64)>> {
         for &x in &line.above {
             let from = starts.partition_point(|(at, _)| *at <= x - NEAR);
             let near = starts.iter().skip(from).take_while(|(at, _)| *at < x + NEAR);
-            all.extend(near.filter(|(_, other)| *other != index).map(|(_, other)| (*other, x)));
+            let others = near.map(|(_, other)| *other);
+            let others =
+                others.filter(|other| *other != index && lines[*other].feeds != Some(index));
+            all.extend(others.map(|other| (other, x)));
         }
+        all.extend(line.feeds.map(|fed| (fed, line.left)));
         all
     };
     lines.iter().enumerate().map(|(index, line)| below(index, line)).collect()

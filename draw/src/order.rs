@@ -125,7 +125,8 @@ impl Order {
                 let rows = |to: usize| {
                     if graph.ins[to].len() > 1 && graph.outs[node].len() > 1 { 3 } else { 1 }
                 };
-                let below = graph.outs[node].iter().map(|arc| graph.arcs[*arc].to);
+                let down = graph.outs[node].iter().filter(|arc| !self.is_back[**arc]);
+                let below = down.map(|arc| graph.arcs[*arc].to);
                 let row = below.map(|to| self.row[to].saturating_sub(rows(to))).min();
                 self.row[node] = row.unwrap_or(0).max(self.row[node]);
             }
@@ -166,7 +167,8 @@ fn search(graph: &Graph) -> (Vec<bool>, Vec<usize>) {
     let mut is_back = vec![false; graph.arcs.len()];
     let (mut is_known, mut is_open) = (vec![false; n], vec![false; n]);
     let mut finished = Vec::with_capacity(n);
-    let initial = (0..n).filter(|node| graph.nodes[*node].is_initial);
+    // The last search comes first in the order, so the first initial step is searched last.
+    let initial = (0..n).rev().filter(|node| graph.nodes[*node].is_initial);
     let sources = (0..n).filter(|node| graph.ins[*node].is_empty());
     for start in initial.chain(sources).chain(0..n) {
         if is_known[start] {
@@ -187,7 +189,8 @@ fn search(graph: &Graph) -> (Vec<bool>, Vec<usize>) {
                 continue;
             };
             let to = graph.arcs[arc].to;
-            if is_open[to] {
+            // Initial steps are in the first row, so every link to one leads up.
+            if is_open[to] || graph.nodes[to].is_initial {
                 is_back[arc] = true;
             } else if !is_known[to] {
                 is_known[to] = true;

@@ -180,7 +180,7 @@ impl Picture {
         }
         for bar in &rich.bars {
             if let (Some(from), Some(to)) = (ends.get(&bar.start), ends.get(&bar.end)) {
-                let y = y - font.size() - 3 * bar.level;
+                let y = y - font.size() + 1 - 3 * bar.level;
                 self.line((*from, y), (*to, y), Pen::Detail);
             }
         }
