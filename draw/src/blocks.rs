@@ -21,6 +21,8 @@ pub(crate) struct Columns {
     pub(crate) x: Vec<i64>,
     /// The column of a link that goes down through rows, or from a fork to the turn of a link that leads up.
     pub(crate) down: Vec<Option<i64>>,
+    /// The column in which a link that leads up goes down to a join.
+    pub(crate) entry: Vec<Option<i64>>,
     /// The column of a link that leads up.
     pub(crate) up: Vec<Option<i64>>,
     /// The left and right end of everything.
@@ -92,6 +94,7 @@ struct Item {
     ports: Vec<i64>,
     nodes: Vec<(usize, i64)>,
     lanes: Vec<(usize, i64)>,
+    entries: Vec<(usize, i64)>,
     /// Links that leave the part downwards.
     pending: usize,
 }
@@ -103,6 +106,7 @@ impl Item {
         self.ports.iter_mut().for_each(|x| *x += by);
         self.nodes.iter_mut().for_each(|(_, x)| *x += by);
         self.lanes.iter_mut().for_each(|(_, x)| *x += by);
+        self.entries.iter_mut().for_each(|(_, x)| *x += by);
     }
 
     fn absorb(&mut self, other: Item) {
@@ -110,6 +114,7 @@ impl Item {
         self.ports.extend(other.ports);
         self.nodes.extend(other.nodes);
         self.lanes.extend(other.lanes);
+        self.entries.extend(other.entries);
         self.pending += other.pending;
     }
 
@@ -155,6 +160,14 @@ impl Parts {
     fn add(&mut self, key: Key, item: Item) {
         self.place.insert(key, self.all.len());
         self.all.push(Some(item));
+    }
+
+    /// Puts something to the right of the part that contains a node.
+    fn beside(&mut self, key: Key, item: Item) {
+        let place = self.place.get(&key).copied();
+        if let Some(Some(part)) = place.and_then(|index| self.all.get_mut(index)) {
+            part.put_right(item);
+        }
     }
 
     /// Adds a node below the parts that lead to it, which become one part with everything between them.
@@ -207,6 +220,7 @@ struct Blocks<'a> {
     dx: Vec<i64>,
     /// Columns relative to the axis of the node in `down_of` or `up_of`.
     down: Vec<Option<(usize, i64)>>,
+    entry: Vec<Option<(usize, i64)>>,
     up: Vec<Option<(usize, i64)>>,
     /// Leads from a node to the finished node above it.
     owner: Vec<usize>,
@@ -221,7 +235,9 @@ pub(crate) fn columns(graph: &Graph, order: &Order) -> Columns {
     }
     let mut ups = vec![Vec::new(); n + 1];
     for (index, arc) in graph.arcs.iter().enumerate().filter(|(index, _)| order.is_back[*index]) {
-        ups[order.common(arc.from, arc.to)].push(index);
+        let is_outside = order.turns_above(graph, index);
+        let to = if is_outside { order.dominator[arc.to] } else { arc.to };
+        ups[order.common(arc.from, to)].push(index);
     }
     let mut blocks = Blocks {
         graph,
@@ -231,6 +247,7 @@ pub(crate) fn columns(graph: &Graph, order: &Order) -> Columns {
         blocks: vec![None; n],
         dx: vec![0; n],
         down: vec![None; graph.arcs.len()],
+        entry: vec![None; graph.arcs.len()],
         up: vec![None; graph.arcs.len()],
         owner: (0..=n).collect(),
     };
@@ -250,13 +267,13 @@ pub(crate) fn columns(graph: &Graph, order: &Order) -> Columns {
     let ends = all.outline.rows.iter().filter(|(left, right)| left <= right);
     let extent =
         ends.fold((0, 0), |(left, right), row| (left.min(row.0 + shift), right.max(row.1 + shift)));
-    Columns { down: absolute(&blocks.down), up: absolute(&blocks.up), x, extent }
-}
-
-/// True if a link that leads up first goes down from a fork, whose double line then stays short.
-pub(crate) fn turns_below(graph: &Graph, order: &Order, arc: usize) -> bool {
-    let from = graph.arcs[arc].from;
-    order.is_back[arc] && graph.nodes[from].is_transition && graph.outs[from].len() > 1
+    Columns {
+        down: absolute(&blocks.down),
+        entry: absolute(&blocks.entry),
+        up: absolute(&blocks.up),
+        x,
+        extent,
+    }
 }
 
 impl Blocks<'_> {
@@ -277,7 +294,7 @@ impl Blocks<'_> {
         for &arc in outs {
             let to = self.graph.arcs[arc].to;
             let row = self.order.row[node];
-            let (first, last) = if turns_below(self.graph, self.order, arc) {
+            let (first, last) = if self.order.turns_below(self.graph, arc) {
                 (row + 1, row + 1)
             } else if self.order.is_back[arc] {
                 continue;
@@ -319,6 +336,12 @@ impl Blocks<'_> {
             });
             let keys: Vec<Key> = keys.collect();
             parts.join(&keys, Key::Node(join), item);
+            let entries = self.graph.ins[join].iter().copied();
+            for arc in entries.filter(|arc| self.order.turns_above(self.graph, *arc)) {
+                let mut entry = Item { entries: vec![(arc, 0)], ..Item::default() };
+                entry.outline.add(self.order.row[join] - 1, -LANE, LANE);
+                parts.beside(Key::Node(join), entry);
+            }
         }
         self.finish(node, parts.all.into_iter().flatten().collect())
     }
@@ -358,6 +381,9 @@ impl Blocks<'_> {
         for (arc, dx) in std::mem::take(&mut whole.lanes) {
             self.down[arc] = Some((node, dx));
         }
+        for (arc, dx) in std::mem::take(&mut whole.entries) {
+            self.entry[arc] = Some((node, dx));
+        }
         self.add_ups(node, &mut whole);
         whole.nodes = vec![(node, 0)];
         whole.ports = Vec::new();
@@ -370,8 +396,9 @@ impl Blocks<'_> {
         let mut ups = std::mem::take(&mut self.ups[node]);
         let rows = |arc: usize| {
             let bottom = self.order.row[self.graph.arcs[arc].from];
-            let below = usize::from(turns_below(self.graph, self.order, arc));
-            self.order.row[self.graph.arcs[arc].to]..=bottom + below
+            let below = usize::from(self.order.turns_below(self.graph, arc));
+            let above = usize::from(self.order.turns_above(self.graph, arc));
+            self.order.row[self.graph.arcs[arc].to] - above..=bottom + below
         };
         ups.sort_by_key(|arc| (rows(*arc).end() - rows(*arc).start(), *arc));
         for arc in ups {

@@ -3,7 +3,7 @@
 //! Each node has at most one horizontal line below it, where its links part, and at most one above it, where links meet. All horizontal lines between two rows
 //! are in tracks: two of them that would touch are in different tracks, and if a line from above ends where another one begins downwards, the first is above.
 
-use crate::blocks::{Columns, turns_below};
+use crate::blocks::Columns;
 use crate::order::{Graph, Order};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -93,6 +93,8 @@ struct Routes<'a> {
     below: Vec<Option<Place>>,
     above: Vec<Option<Place>>,
     turns: BTreeMap<usize, Place>,
+    /// The turns of links that lead up, above joins.
+    entries: BTreeMap<usize, Place>,
     verticals: Vec<Vertical>,
 }
 
@@ -108,6 +110,7 @@ pub(crate) fn place(graph: &Graph, order: &Order, columns: &Columns) -> Placed {
         below: vec![None; n],
         above: vec![None; n],
         turns: BTreeMap::new(),
+        entries: BTreeMap::new(),
         verticals: Vec::new(),
     };
     routes.add_horizontals();
@@ -161,9 +164,16 @@ impl Routes<'_> {
             let ins = self.graph.ins[node].as_slice();
             let (mut above, mut below) = (Vec::new(), vec![x]);
             for &arc in ins {
-                match self.columns.up[arc] {
-                    Some(up) => below.push(up),
-                    None => above.push(self.start(arc)),
+                match (self.columns.up[arc], self.columns.entry[arc]) {
+                    (Some(up), Some(entry)) => {
+                        above.push(entry);
+                        let turn = Horizontal::new(Vec::new(), vec![up, entry], false);
+                        if let Some(turn) = self.add(row.saturating_sub(1), turn) {
+                            self.entries.insert(arc, turn);
+                        }
+                    }
+                    (Some(up), None) => below.push(up),
+                    (None, _) => above.push(self.start(arc)),
                 }
             }
             let line = Horizontal::new(above, below, is_transition && ins.len() > 1);
@@ -201,6 +211,11 @@ impl Routes<'_> {
             if let (Some(turn), Some(down)) = (self.turns.get(&arc), self.columns.down[arc]) {
                 add(down, top, End::Line(*turn), false);
                 top = End::Line(*turn);
+            }
+            let mut bottom = bottom;
+            if let (Some(turn), Some(entry)) = (self.entries.get(&arc), self.columns.entry[arc]) {
+                add(entry, End::Line(*turn), bottom, false);
+                bottom = End::Line(*turn);
             }
             add(up, bottom, top, true);
         }
@@ -473,9 +488,5 @@ fn pack(lines: &mut [Horizontal], order: &[usize], downs: &[Vec<(usize, i64)>]) 
 pub(crate) fn lay_out(graph: &Graph) -> Placed {
     let order = Order::of(graph);
     let columns = crate::blocks::columns(graph, &order);
-    debug_assert!(
-        (0..graph.arcs.len())
-            .all(|arc| { !turns_below(graph, &order, arc) || columns.down[arc].is_some() })
-    );
     place(graph, &order, &columns)
 }

@@ -109,14 +109,30 @@ impl Order {
         order
     }
 
+    /// True if a link that leads up first goes down from a fork, whose double line then stays short.
+    pub(crate) fn turns_below(&self, graph: &Graph, arc: usize) -> bool {
+        let from = graph.arcs[arc].from;
+        self.is_back[arc] && graph.nodes[from].is_transition && graph.outs[from].len() > 1
+    }
+
+    /// True if a link that leads up goes down to a join at its end, because links meet at a double line from above.
+    pub(crate) fn turns_above(&self, graph: &Graph, arc: usize) -> bool {
+        let to = graph.arcs[arc].to;
+        self.is_back[arc] && graph.nodes[to].is_transition && graph.ins[to].len() > 1
+    }
+
     fn set_rows(&mut self, graph: &Graph) {
         for &node in &self.nodes {
             let is_join = graph.ins[node].len() > 1;
+            // A link from below to a join turns above it, which takes a row.
+            let turns = graph.ins[node].iter().any(|arc| self.turns_above(graph, *arc));
+            let least = if turns { 2 } else { 0 };
+            self.row[node] = least;
             for &arc in graph.ins[node].iter().filter(|arc| !self.is_back[**arc]) {
                 let from = graph.arcs[arc].from;
                 // A link between a divergence and a convergence needs a column of its own, which the rows between them provide.
                 let rows = if is_join && graph.outs[from].len() > 1 { 3 } else { 1 };
-                self.row[node] = self.row[node].max(self.row[from] + rows);
+                self.row[node] = self.row[node].max(self.row[from] + rows + least);
             }
         }
         // Source transitions and references move down to what follows them.

@@ -187,8 +187,7 @@ fn region(mut shapes: Shapes) -> Result<Region, String> {
     for frame in outer {
         let mut part = Shapes::default();
         let take = |at: (i64, i64)| frame.contains(at);
-        part.frames =
-            all.iter().filter(|one| frame.encloses(one)).copied().collect();
+        part.frames = all.iter().filter(|one| frame.encloses(one)).copied().collect();
         let middle = |line: &Line| ((line.x1 + line.x2) / 2, (line.y1 + line.y2) / 2);
         part.boxes = split(&mut shapes.boxes, |it| take(it.middle()));
         part.insets = split(&mut shapes.insets, |it| take(it.middle()));
