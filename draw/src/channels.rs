@@ -323,6 +323,19 @@ impl Routes<'_> {
                 crossing.entry(channel).or_default().push((vertical.x, top, bottom));
             }
         }
+        self.draw_horizontals(&mut placed, crossing, line_y);
+        placed.left = placed.left.min(self.columns.extent.0);
+        placed.right = placed.right.max(self.columns.extent.1);
+        placed
+    }
+
+    /// Draws the horizontal lines. `crossing` has the vertical lines of each channel: column, top and bottom.
+    fn draw_horizontals(
+        &self,
+        placed: &mut Placed,
+        mut crossing: BTreeMap<usize, Vec<(i64, i64, i64)>>,
+        line_y: impl Fn(Place) -> i64,
+    ) {
         for (channel, lines) in self.channels.iter().enumerate() {
             let mut crossers = crossing.remove(&channel).unwrap_or_default();
             crossers.sort_unstable();
@@ -354,9 +367,6 @@ impl Routes<'_> {
                 placed.right = placed.right.max(right);
             }
         }
-        placed.left = placed.left.min(self.columns.extent.0);
-        placed.right = placed.right.max(self.columns.extent.1);
-        placed
     }
 }
 

@@ -5,7 +5,7 @@ use crate::picture::Element;
 use crate::symbol::{Action, Kind, Symbol, When};
 use crate::text::Rich;
 use grafsynth_ir::chart::{
-    ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, ForceOrder, Item,
+    ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Expr, ForceOrder, Item,
     Length, Library, Path, SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
 use grafsynth_ir::net::{Meta, Policy, Schedule};
@@ -280,41 +280,7 @@ impl Reader {
                         arguments.iter().map(|one| words.expr(one).text).collect();
                     action.text.push(&format!("({})", all.join(", ")));
                 }
-                let mut conditions = Vec::new();
-                match how {
-                    ActionHow::Bare => {}
-                    ActionHow::After(ns) => conditions.push(self.notation.elapsed(step, *ns)),
-                    ActionHow::For(ns) => {
-                        let elapsed = self.notation.elapsed(step, *ns);
-                        let mut not = Rich::default();
-                        if self.notation.words {
-                            not.push("not (");
-                            not.append(&elapsed);
-                            not.push(")");
-                        } else {
-                            not.append(&elapsed);
-                            not.overline(0);
-                        }
-                        conditions.push(not);
-                    }
-                    ActionHow::Qualified(qualifier, ns) => {
-                        self.foreign.insert(Foreign::Qualifier);
-                        action.qualifier = qualifier.letters().to_owned();
-                        if let Some(ns) = ns {
-                            action.qualifier.push_str(&format!(" {}", duration(*ns)));
-                        }
-                    }
-                }
-                if let Some(condition) = condition {
-                    conditions.push(if conditions.is_empty() {
-                        self.notation.expr(condition)
-                    } else {
-                        self.notation.operand(condition)
-                    });
-                }
-                if !conditions.is_empty() {
-                    action.condition = Some(self.notation.all(&conditions));
-                }
+                self.how(&mut action, step, *how, condition.as_ref());
             }
             StepItemKind::Entry(block) => {
                 action.when = When::Activation;
@@ -365,6 +331,45 @@ impl Reader {
         symbol.actions.push(action);
     }
 
+    /// Adds the qualifier and the condition of an action.
+    fn how(&mut self, action: &mut Action, step: &Path, how: ActionHow, condition: Option<&Expr>) {
+        let mut conditions = Vec::new();
+        match how {
+            ActionHow::Bare => {}
+            ActionHow::After(ns) => conditions.push(self.notation.elapsed(step, ns)),
+            ActionHow::For(ns) => {
+                let elapsed = self.notation.elapsed(step, ns);
+                let mut not = Rich::default();
+                if self.notation.words {
+                    not.push("not (");
+                    not.append(&elapsed);
+                    not.push(")");
+                } else {
+                    not.append(&elapsed);
+                    not.overline(0);
+                }
+                conditions.push(not);
+            }
+            ActionHow::Qualified(qualifier, ns) => {
+                self.foreign.insert(Foreign::Qualifier);
+                action.qualifier = qualifier.letters().to_owned();
+                if let Some(ns) = ns {
+                    action.qualifier.push_str(&format!(" {}", duration(ns)));
+                }
+            }
+        }
+        if let Some(condition) = condition {
+            conditions.push(if conditions.is_empty() {
+                self.notation.expr(condition)
+            } else {
+                self.notation.operand(condition)
+            });
+        }
+        if !conditions.is_empty() {
+            action.condition = Some(self.notation.all(&conditions));
+        }
+    }
+
     fn priority(&mut self, symbol: &mut Symbol, rank: Option<u32>) {
         if let Some(rank) = rank {
             self.foreign.insert(Foreign::Priority);
@@ -376,7 +381,7 @@ impl Reader {
     fn condition(
         &mut self,
         events: &[String],
-        guard: Option<&grafsynth_ir::chart::Expr>,
+        guard: Option<&Expr>,
         times: &[Rich],
     ) -> Option<Rich> {
         let n_parts = usize::from(!events.is_empty()) + usize::from(guard.is_some()) + times.len();

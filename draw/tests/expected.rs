@@ -8,7 +8,8 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::{FileId, Name, Span};
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A condition without spans, with nested conjunctions and disjunctions as one.
 pub(crate) fn flat(expr: &Expr) -> Expr {
@@ -102,11 +103,17 @@ pub(crate) fn shown(condition: &Expr) -> String {
 pub(crate) struct Vocabulary {
     declarations: String,
     names: BTreeSet<String>,
+    /// Conditions and lists that were read before.
+    known: RefCell<BTreeMap<(bool, String), Result<String, String>>>,
 }
 
 impl Vocabulary {
     pub(crate) fn of(design: &Design) -> Self {
-        let mut vocabulary = Vocabulary { declarations: String::new(), names: BTreeSet::new() };
+        let mut vocabulary = Vocabulary {
+            declarations: String::new(),
+            names: BTreeSet::new(),
+            known: RefCell::default(),
+        };
         design.charts.iter().for_each(|chart| vocabulary.add(&chart.items));
         vocabulary
     }
@@ -151,8 +158,32 @@ impl Vocabulary {
         parsed.design.ok_or_else(|| "nothing".to_owned())
     }
 
-    /// The condition that a drawn text means.
-    pub(crate) fn condition(&self, drawn: &str) -> Result<Expr, String> {
+    /// The condition that a drawn text means, in a form that is equal for equal conditions.
+    pub(crate) fn condition(&self, drawn: &str) -> Result<String, String> {
+        self.remembered(true, drawn, || self.read_condition(drawn).map(|it| shown(&it)))
+    }
+
+    /// The list that a drawn text means, in the canonical form.
+    pub(crate) fn list(&self, drawn: &str) -> Result<String, String> {
+        self.remembered(false, drawn, || self.read_list(drawn))
+    }
+
+    fn remembered(
+        &self,
+        is_condition: bool,
+        drawn: &str,
+        read: impl Fn() -> Result<String, String>,
+    ) -> Result<String, String> {
+        let key = (is_condition, drawn.to_owned());
+        if let Some(known) = self.known.borrow().get(&key) {
+            return known.clone();
+        }
+        let read = read();
+        self.known.borrow_mut().insert(key, read.clone());
+        read
+    }
+
+    fn read_condition(&self, drawn: &str) -> Result<Expr, String> {
         if drawn == "1" {
             return Ok(expr(ExprKind::And(Vec::new())));
         }
@@ -219,8 +250,7 @@ impl Vocabulary {
         out
     }
 
-    /// A list of statements in the canonical form.
-    pub(crate) fn list(&self, drawn: &str) -> Result<String, String> {
+    fn read_list(&self, drawn: &str) -> Result<String, String> {
         let design = self.parse(&format!("step a_ {{ entry {{ {drawn} }} }}"))?;
         let items = design.charts.into_iter().flat_map(|chart| chart.items);
         for item in items {

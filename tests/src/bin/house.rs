@@ -26,7 +26,7 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
 /// The crates whose sources are measured; the crate of the tests is not.
-const CRATES: [&str; 12] = [
+const CRATES: [&str; 13] = [
     "ir",
     "logic",
     "frontend",
@@ -36,6 +36,7 @@ const CRATES: [&str; 12] = [
     "backend-c",
     "backend-pld",
     "backend-template",
+    "draw",
     "driver",
     "engines",
     "cli",
