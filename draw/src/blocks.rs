@@ -410,7 +410,8 @@ impl Blocks<'_> {
             let ends = || rows(arc).filter_map(|row| whole.outline.at(row));
             let left = ends().map(|(left, _)| left).min().unwrap_or(0) - LANE;
             let right = ends().map(|(_, right)| right).max().unwrap_or(0) + LANE;
-            let x = if start > goal { right } else { left };
+            // The shorter way around the block.
+            let x = if 2 * right - start - goal < start + goal - 2 * left { right } else { left };
             for row in rows(arc) {
                 whole.outline.add(row, x - LANE / 2, x + LANE / 2);
             }
