@@ -136,6 +136,8 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Convert a design to another format.
     Convert(Convert),
+    /// Draw a Grafcet chart as a picture (.svg).
+    Draw(Draw),
     /// Minimise a two-level logic table (.pla).
     Minimise(Minimise),
     /// Decode the trace ring of a running chart (`build --trace-ring`).
@@ -165,6 +167,7 @@ impl Verb {
             Verb::Sim(_) => "sim",
             Verb::Compare(_) => "compare",
             Verb::Convert(_) => "convert",
+            Verb::Draw(_) => "draw",
             Verb::Minimise(_) => "minimise",
             Verb::Trace(_) => "trace",
             Verb::Fmt(_) => "fmt",
@@ -620,6 +623,21 @@ pub(crate) struct Convert {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Draw {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// Draw only the chart with this name (default: all charts and library charts of the file).
+    #[arg(long, value_name = "NAME")]
+    pub(crate) chart: Option<String>,
+    /// Write conditions with words (`not a and b`) instead of the signs of Grafcet.
+    #[arg(long)]
+    pub(crate) words: bool,
+    /// File to write; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Minimise {
     /// Table in espresso format; `-` is standard input.
     pub(crate) file: String,
@@ -722,7 +740,7 @@ const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or 
                         charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
 
 /// The examples at the end of a verb's help, by verb.
-const EXAMPLES: [(&str, &str); 13] = [
+const EXAMPLES: [(&str, &str); 14] = [
     (
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
@@ -759,6 +777,11 @@ const EXAMPLES: [(&str, &str); 13] = [
         "convert",
         "  grafsynth convert plant.scxml plant.graf
   grafsynth convert old.pld - --to verilog",
+    ),
+    (
+        "draw",
+        "  grafsynth draw plant.graf                # plant.svg, in the notation of IEC 60848
+  grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words",
     ),
     (
         "minimise",

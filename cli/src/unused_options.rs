@@ -78,6 +78,9 @@ fn rules(verb: &Verb) -> Vec<Rule> {
         Verb::Convert(arguments) => {
             of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
         }
+        Verb::Draw(arguments) => {
+            of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
+        }
         Verb::Trace(arguments) => {
             let mut reading = arguments.reading.clone();
             reading.from = None;

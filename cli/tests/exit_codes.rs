@@ -26,7 +26,7 @@ const SITUATIONS: [&str; 12] = [
 ];
 
 /// The verbs, in the order of the table.
-const VERBS: [&str; 15] = [
+const VERBS: [&str; 16] = [
     "new",
     "check",
     "build",
@@ -34,6 +34,7 @@ const VERBS: [&str; 15] = [
     "sim",
     "compare",
     "convert",
+    "draw",
     "minimise",
     "trace",
     "fmt",
@@ -135,6 +136,13 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("convert", 4, 2, "missing.graf out/good.st"),
     ("convert", 5, 2, "good.graf good.graf/good.st"),
     ("convert", 5, 2, "good.graf good.graf"),
+    ("draw", 0, 0, "good.graf -o out/good.svg"),
+    ("draw", 1, 1, "bad.graf -o out/bad.svg"),
+    ("draw", 2, 1, "good.pld -o out/good.svg"),
+    ("draw", 3, 2, "good.graf --chart nobody"),
+    ("draw", 4, 2, "missing.graf -o out/good.svg"),
+    ("draw", 5, 2, "good.graf -o good.graf/good.svg"),
+    ("draw", 5, 2, "good.graf -o good.graf"),
     ("minimise", 0, 0, "good.pla"),
     ("minimise", 1, 1, "bad.pla"),
     ("minimise", 3, 2, "good.pla --budget 77"),

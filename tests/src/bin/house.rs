@@ -26,7 +26,7 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
 /// The crates whose sources are measured; the crate of the tests is not.
-const CRATES: [&str; 13] = [
+const CRATES: [&str; 14] = [
     "ir",
     "logic",
     "frontend",
@@ -37,6 +37,7 @@ const CRATES: [&str; 13] = [
     "backend-c",
     "backend-pld",
     "backend-template",
+    "draw",
     "driver",
     "engines",
     "cli",
@@ -50,7 +51,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 29_380),
     ("code lines of ir", 20_430),
     ("code lines of driver", 11_850),
-    ("code lines of all crates", 159_380),
+    ("code lines of all crates", 162_180),
     ("functions above 80 lines", 96),
     ("circles of files", 0),
     ("lines that list variants", 586),

@@ -1,0 +1,162 @@
+//! The sheet: charts, expansions and legend beside and below each other.
+
+use crate::channels::{HALF, Placed, lay_out};
+use crate::content::{Content, Scope};
+use crate::order::{Arc, Graph};
+use crate::picture::{Font, Pen, Picture, Shape};
+use crate::text::width;
+
+/// The distance of the parts of a sheet.
+const GAP: i64 = 36;
+/// The margin inside of frames and around the sheet.
+const MARGIN: i64 = 16;
+/// The smallest width at which parts are put below each other.
+const WIDTH: i64 = 1000;
+
+/// Draws everything.
+pub(crate) fn draw(content: &Content, title: String) -> Picture {
+    let is_single = content.scopes.len() == 1;
+    let parts: Vec<Picture> =
+        content.scopes.iter().map(|scope| draw_scope(scope, !is_single)).collect();
+    let all = flow(parts);
+    let mut sheet = Picture { title, ..Picture::default() };
+    sheet.put(all, MARGIN, MARGIN);
+    if !content.foreign.is_empty() {
+        let mut y = sheet.height + 28;
+        let heading = "not IEC 60848:";
+        let mut line = |text: &str, y: i64| {
+            let wide = sheet.text((MARGIN, y), text, Font::Small);
+            sheet.width = sheet.width.max(MARGIN + wide);
+        };
+        line(heading, y);
+        for foreign in &content.foreign {
+            y += 15;
+            line(foreign.meaning(), y);
+        }
+        sheet.height = y + 4;
+    }
+    sheet.width += MARGIN;
+    sheet.height += MARGIN;
+    sheet
+}
+
+/// A chart or an expansion, with its heading and perhaps a frame.
+fn draw_scope(scope: &Scope, framed: bool) -> Picture {
+    let mut parts = components(scope);
+    parts.extend(scope.inner.iter().map(|inner| draw_scope(inner, true)));
+    let body = flow(parts);
+    let mut picture = Picture::default();
+    let margin = if framed { MARGIN } else { 0 };
+    let mut y = margin + 12;
+    let wide = width(&scope.heading, Font::Heading.size());
+    // The heading is bold; bold letters are up to a tenth wider.
+    let wide = wide + wide / 8;
+    if !scope.heading.is_empty() {
+        let text = scope.heading.clone();
+        picture.add(Shape::Text { x: margin, y, text, width: wide, font: Font::Heading });
+    }
+    let mut widest = wide;
+    let small = Font::Small;
+    for remark in scope.remarks.iter().flat_map(|remark| remark.lines(small.size(), 500)) {
+        y += 17 + 3 * remark.levels();
+        picture.rich((margin, y), &remark, small);
+        widest = widest.max(remark.width(small.size()));
+    }
+    picture.width = margin + widest;
+    picture.height = y + 4;
+    if body.width > 0 {
+        picture.put(body, margin, y + 20);
+    }
+    if framed {
+        picture.width += MARGIN;
+        picture.height += MARGIN;
+        let size = (picture.width, picture.height);
+        let frame = Shape::Rect { x: 0, y: 0, width: size.0, height: size.1, pen: Pen::Frame };
+        picture.marks.insert(0, crate::picture::Mark { shape: frame, element: None });
+    }
+    picture
+}
+
+/// The connected parts of a chart, each laid out.
+fn components(scope: &Scope) -> Vec<Picture> {
+    let (nodes, mut drawn): (Vec<_>, Vec<_>) =
+        scope.symbols.iter().map(crate::symbol::Symbol::draw).unzip();
+    let arcs = scope.links.iter().map(|(from, to)| Arc { from: *from, to: *to }).collect();
+    let whole = Graph::new(nodes, arcs);
+    let all = whole.components();
+    let mut number = vec![(0, 0); whole.nodes.len()];
+    for (component, members) in all.iter().enumerate() {
+        for (index, node) in members.iter().enumerate() {
+            number[*node] = (component, index);
+        }
+    }
+    let mut links: Vec<Vec<Arc>> = vec![Vec::new(); all.len()];
+    for arc in &whole.arcs {
+        let (component, from) = number[arc.from];
+        links[component].push(Arc { from, to: number[arc.to].1 });
+    }
+    let parts = all.iter().zip(links).map(|(members, arcs)| {
+        let nodes = members.iter().map(|node| whole.nodes[*node].clone()).collect();
+        let placed = lay_out(&Graph::new(nodes, arcs));
+        let symbols = members.iter().map(|node| std::mem::take(&mut drawn[*node])).collect();
+        assemble(placed, symbols)
+    });
+    parts.collect()
+}
+
+/// The drawing of a graph with its symbols.
+fn assemble(placed: Placed, symbols: Vec<Picture>) -> Picture {
+    let mut picture = Picture::default();
+    let is_vertical = |line: &&[i64; 4]| line[0] == line[2];
+    let lines = placed.lines.iter();
+    for [x1, y1, x2, y2] in lines.clone().filter(|line| !is_vertical(line)) {
+        picture.line((*x1, *y1), (*x2, *y2), Pen::Line);
+    }
+    for [left, right, y] in &placed.doubles {
+        for y in [y - HALF, y + HALF] {
+            picture.line((*left, y), (*right, y), Pen::Line);
+        }
+    }
+    for (x, y) in &placed.crossings {
+        let double = |[left, right, at]: &&[i64; 3]| at == y && left <= x && x <= right;
+        if placed.doubles.iter().any(|line| double(&line)) {
+            picture.add(Shape::Crossing { x: *x, y: y - HALF });
+            picture.add(Shape::Crossing { x: *x, y: y + HALF });
+        } else {
+            picture.add(Shape::Crossing { x: *x, y: *y });
+        }
+    }
+    for [x1, y1, x2, y2] in lines.filter(is_vertical) {
+        picture.line((*x1, *y1), (*x2, *y2), Pen::Line);
+    }
+    for (x, y) in &placed.arrows {
+        picture.add(Shape::Arrow { x: *x, y: *y });
+    }
+    for (mut symbol, (x, y)) in symbols.into_iter().zip(&placed.nodes) {
+        symbol.shift(*x, *y);
+        picture.marks.append(&mut symbol.marks);
+    }
+    picture.shift(-placed.left, 0);
+    picture.width = placed.right - placed.left;
+    picture.height = placed.height;
+    picture
+}
+
+/// Puts parts beside each other, and below if there is no room.
+fn flow(parts: Vec<Picture>) -> Picture {
+    let area: i64 = parts.iter().map(|part| (part.width + GAP) * (part.height + GAP)).sum();
+    let widest = parts.iter().map(|part| part.width).max().unwrap_or(0);
+    let most = WIDTH.max(widest).max(area.max(0).isqrt() * 3 / 2);
+    let mut whole = Picture::default();
+    let (mut x, mut y, mut high) = (0, 0, 0);
+    for part in parts {
+        if x > 0 && x + part.width > most {
+            (x, y, high) = (0, y + high + GAP, 0);
+        }
+        let next = x + part.width + GAP;
+        high = high.max(part.height);
+        whole.put(part, x, y);
+        x = next;
+    }
+    whole
+}

@@ -1,0 +1,468 @@
+//! A chart in the form that the reader of drawings returns, made without the code that draws.
+
+use crate::reader::{Action, Region, Step, Transition};
+use grafsynth_frontend::graf;
+use grafsynth_ir::chart::{
+    ActionHow, Block, Chart, Design, Expr, ForceOrder, Item, Leaf, Length, Path, StepItemKind,
+    StepRole,
+};
+use grafsynth_ir::expr::{CompareOp, ExprKind};
+use grafsynth_ir::{FileId, Name, Span};
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A condition without spans, with nested conjunctions and disjunctions as one.
+pub(crate) fn flat(expr: &Expr) -> Expr {
+    let join = |all: &[Expr], is_and: bool| -> Expr {
+        let mut out = Vec::new();
+        for one in all {
+            let one = flat(one);
+            match one.kind {
+                ExprKind::And(more) if is_and => out.extend(more),
+                ExprKind::Or(more) if !is_and => out.extend(more),
+                _ => out.push(one),
+            }
+        }
+        if out.len() == 1 {
+            return out.remove(0);
+        }
+        let kind = if is_and { ExprKind::And(out) } else { ExprKind::Or(out) };
+        Expr::new(kind, Span::default())
+    };
+    let two = |a: &Expr, b: &Expr| (Box::new(flat(a)), Box::new(flat(b)));
+    let kind = match &expr.kind {
+        ExprKind::And(all) => return join(all, true),
+        ExprKind::Or(all) => return join(all, false),
+        ExprKind::Bool(true) => ExprKind::And(Vec::new()),
+        ExprKind::Bool(false) => ExprKind::Or(Vec::new()),
+        ExprKind::Not(inner) => ExprKind::Not(Box::new(flat(inner))),
+        ExprKind::Neg(inner) => ExprKind::Neg(Box::new(flat(inner))),
+        ExprKind::Element(array, index) => ExprKind::Element(array.clone(), Box::new(flat(index))),
+        ExprKind::Compare(op, a, b) => {
+            let (a, b) = two(a, b);
+            ExprKind::Compare(*op, a, b)
+        }
+        ExprKind::Arith(op, a, b) => {
+            let (a, b) = two(a, b);
+            ExprKind::Arith(*op, a, b)
+        }
+        ExprKind::Select(c, a, b) => {
+            let (a, b) = two(a, b);
+            ExprKind::Select(Box::new(flat(c)), a, b)
+        }
+        ExprKind::Leaf(Leaf::Rise(inner)) => ExprKind::Leaf(Leaf::Rise(Box::new(flat(inner)))),
+        ExprKind::Leaf(Leaf::Fall(inner)) => ExprKind::Leaf(Leaf::Fall(Box::new(flat(inner)))),
+        ExprKind::Leaf(Leaf::Delay(on, inner, off)) => {
+            ExprKind::Leaf(Leaf::Delay(*on, Box::new(flat(inner)), *off))
+        }
+        kind => kind.clone(),
+    };
+    Expr::new(kind, Span::default()).unplaced()
+}
+
+fn expr(kind: ExprKind<Leaf>) -> Expr {
+    Expr::new(kind, Span::default())
+}
+
+fn leaf(names: &[&str]) -> Expr {
+    let names = names.iter().map(|name| Name::new(*name, Span::default())).collect();
+    expr(ExprKind::Leaf(Leaf::Name(Path { names })))
+}
+
+fn all_of(parts: Vec<Expr>) -> Expr {
+    flat(&expr(ExprKind::And(parts)))
+}
+
+fn elapsed(step: &Path, limit: Expr) -> Expr {
+    let mut names: Vec<&str> = step.names.iter().map(|name| name.text.as_str()).collect();
+    names.push("t");
+    expr(ExprKind::Compare(CompareOp::Ge, Box::new(leaf(&names)), Box::new(limit)))
+}
+
+fn wait(step: &Path, ns: u64) -> Expr {
+    elapsed(step, expr(ExprKind::Leaf(Leaf::Duration(ns))))
+}
+
+fn condition(events: &[Name], guard: Option<&Expr>, mut more: Vec<Expr>) -> Expr {
+    let events: Vec<Expr> = events.iter().map(|event| leaf(&[&event.text])).collect();
+    let mut parts = Vec::new();
+    if !events.is_empty() {
+        parts.push(expr(ExprKind::Or(events)));
+    }
+    parts.extend(guard.cloned());
+    parts.append(&mut more);
+    all_of(parts)
+}
+
+/// A condition in a form that is equal for equal conditions.
+pub(crate) fn shown(condition: &Expr) -> String {
+    format!("{:?}", flat(condition).kind)
+}
+
+/// Reads conditions and lists of one chart as they are drawn.
+pub(crate) struct Vocabulary {
+    declarations: String,
+    names: BTreeSet<String>,
+    /// Conditions and lists that were read before.
+    known: RefCell<BTreeMap<(bool, String), Result<String, String>>>,
+}
+
+impl Vocabulary {
+    pub(crate) fn of(design: &Design) -> Self {
+        let mut vocabulary = Vocabulary {
+            declarations: String::new(),
+            names: BTreeSet::new(),
+            known: RefCell::default(),
+        };
+        design.charts.iter().for_each(|chart| vocabulary.add(&chart.items));
+        vocabulary
+    }
+
+    fn add(&mut self, items: &[Item]) {
+        for item in items {
+            match item {
+                Item::Declaration(one) => {
+                    self.names.insert(one.name.text.clone());
+                    // The type decides what `+` means.
+                    let chart = Chart {
+                        name: Name::new("x", Span::default()),
+                        items: vec![item.clone()],
+                        ..Chart::default()
+                    };
+                    let text =
+                        graf::write_design(&Design { charts: vec![chart], ..Design::default() });
+                    let body = text.split_once('{').map_or("", |(_, body)| body);
+                    self.declarations.push_str(body.trim().trim_end_matches('}'));
+                    self.declarations.push('\n');
+                }
+                Item::Step(one) => drop(self.names.insert(one.name.text.clone())),
+                Item::MacroStep(one) => drop(self.names.insert(one.name.text.clone())),
+                Item::Macro(one) => self.add(&one.items),
+                Item::Enclosing(one) => {
+                    self.names.insert(one.step.name.text.clone());
+                    self.add(&one.items);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn parse(&self, rest: &str) -> Result<Design, String> {
+        let text = format!("chart x {{\n{}\n{rest}\n}}\n", self.declarations);
+        let parsed = graf::parse(FileId(0), &text);
+        if parsed.diagnostics.iter().any(grafsynth_ir::Diagnostic::is_error) {
+            let found: Vec<&str> =
+                parsed.diagnostics.iter().map(|it| it.message.as_str()).collect();
+            return Err(format!("{rest}: {}", found.join("; ")));
+        }
+        parsed.design.ok_or_else(|| "nothing".to_owned())
+    }
+
+    /// The condition that a drawn text means, in a form that is equal for equal conditions.
+    pub(crate) fn condition(&self, drawn: &str) -> Result<String, String> {
+        self.remembered(true, drawn, || self.read_condition(drawn).map(|it| shown(&it)))
+    }
+
+    /// The list that a drawn text means, in the canonical form.
+    pub(crate) fn list(&self, drawn: &str) -> Result<String, String> {
+        self.remembered(false, drawn, || self.read_list(drawn))
+    }
+
+    fn remembered(
+        &self,
+        is_condition: bool,
+        drawn: &str,
+        read: impl Fn() -> Result<String, String>,
+    ) -> Result<String, String> {
+        let key = (is_condition, drawn.to_owned());
+        if let Some(known) = self.known.borrow().get(&key) {
+            return known.clone();
+        }
+        let read = read();
+        self.known.borrow_mut().insert(key, read.clone());
+        read
+    }
+
+    fn read_condition(&self, drawn: &str) -> Result<Expr, String> {
+        if drawn == "1" {
+            return Ok(expr(ExprKind::And(Vec::new())));
+        }
+        let text = self.words(drawn);
+        let design = self.parse(&format!("step a_ \n step b_\n a_ -> b_ when {text}"))?;
+        let items = design.charts.into_iter().flat_map(|chart| chart.items);
+        let guard = items.filter_map(|item| match item {
+            Item::Transition(one) => one.guard,
+            _ => None,
+        });
+        guard.last().ok_or_else(|| format!("no condition in {text}"))
+    }
+
+    /// The signs of a drawing in the chart language.
+    fn words(&self, drawn: &str) -> String {
+        let mut out = String::new();
+        let mut rest = drawn;
+        let mut brackets: Vec<char> = Vec::new();
+        while let Some(c) = rest.chars().next() {
+            let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+            if is_word(c) || c == '`' {
+                let end = if c == '`' {
+                    rest[1..].find('`').map_or(rest.len(), |at| at + 2)
+                } else {
+                    rest.find(|c: char| !is_word(c)).unwrap_or(rest.len())
+                };
+                let (word, after) = rest.split_at(end);
+                rest = after;
+                let first = word.split('.').next().unwrap_or(word);
+                match word.strip_prefix('X') {
+                    Some(step) if !self.names.contains(first) && !step.is_empty() => {
+                        // `3s/Xp` is the time of the step, `Xp` its activity.
+                        let time = out.strip_suffix('/').map(str::to_owned);
+                        let digits = |text: &str| {
+                            let at = text.rfind(|c: char| !is_word(c)).map_or(0, |at| {
+                                at + text[at..].chars().next().map_or(1, char::len_utf8)
+                            });
+                            at
+                        };
+                        match time {
+                            Some(before) => {
+                                let at = digits(&before);
+                                let limit = before[at..].to_owned();
+                                out = format!("{}({step}.t >= {limit})", &before[..at]);
+                            }
+                            None => out.push_str(&format!("{step}.active")),
+                        }
+                    }
+                    _ => out.push_str(word),
+                }
+                continue;
+            }
+            rest = &rest[c.len_utf8()..];
+            match c {
+                '[' => {
+                    let is_index = out.ends_with(|c: char| is_word(c) || c == '`');
+                    brackets.push(if is_index { ']' } else { ')' });
+                    out.push(if is_index { '[' } else { '(' });
+                }
+                ']' => out.push(brackets.pop().unwrap_or(']')),
+                c => out.push(c),
+            }
+        }
+        out
+    }
+
+    fn read_list(&self, drawn: &str) -> Result<String, String> {
+        let design = self.parse(&format!("step a_ {{ entry {{ {drawn} }} }}"))?;
+        let items = design.charts.into_iter().flat_map(|chart| chart.items);
+        for item in items {
+            if let Item::Step(step) = item
+                && let Some(StepItemKind::Entry(block)) = step.body.first().map(|it| &it.kind)
+            {
+                return Ok(canonical(block));
+            }
+        }
+        Err(format!("no list in {drawn}"))
+    }
+}
+
+/// A list as the formatter writes it.
+fn canonical(block: &Block) -> String {
+    let item = grafsynth_ir::chart::StepItem {
+        kind: StepItemKind::Entry(block.clone()),
+        span: Span::default(),
+    };
+    let step = grafsynth_ir::chart::Step {
+        name: Name::new("a_", Span::default()),
+        body: vec![item],
+        ..Default::default()
+    };
+    let chart = Chart {
+        name: Name::new("x", Span::default()),
+        items: vec![Item::Step(step)],
+        ..Chart::default()
+    };
+    graf::write_design(&Design { charts: vec![chart], ..Design::default() })
+}
+
+/// The chart as it must be read.
+pub(crate) fn region(heading: String, items: &[Item]) -> Region {
+    let mut region = Region { heading, ..Region::default() };
+    for item in items {
+        match item {
+            Item::Step(one) => add_step(&mut region, one, "step"),
+            Item::Enclosing(one) => {
+                add_step(&mut region, &one.step, "enclosing");
+                region.inner.push(self::region(one.step.name.text.clone(), &one.items));
+            }
+            Item::MacroStep(one) => {
+                let (is_initial, left) = role(one.role);
+                let step = Step { is_initial, kind: "macro".into(), left, actions: Vec::new() };
+                region.steps.insert(one.name.text.clone(), step);
+                region.remarks.extend(one.priority.map(|rank| format!("priority {rank}")));
+                region.remarks.push(format!("= {}", one.body.text));
+                label(&mut region, &one.meta.label);
+            }
+            Item::Macro(one) => {
+                region.inner.push(self::region(format!("M {}", one.name.text), &one.items));
+            }
+            _ => {}
+        }
+    }
+    for item in items {
+        if let Item::Transition(one) = item {
+            add_transition(&mut region, one);
+        }
+    }
+    region.remarks.sort();
+    region
+}
+
+fn label(region: &mut Region, label: &str) {
+    if !label.is_empty() {
+        region.remarks.push(format!("\"{}\"", label.replace('\\', "\\\\").replace('"', "\\\"")));
+    }
+}
+
+fn role(role: StepRole) -> (bool, String) {
+    let left = match role {
+        StepRole::MacroEntry => "E",
+        StepRole::MacroExit => "S",
+        StepRole::MacroEntryExit => "E S",
+        StepRole::Plain | StepRole::Initial | StepRole::Final => "",
+    };
+    (role == StepRole::Initial, left.to_owned())
+}
+
+fn time(ns: u64) -> String {
+    let units = [
+        (3_600_000_000_000, "h"),
+        (60_000_000_000, "min"),
+        (1_000_000_000, "s"),
+        (1_000_000, "ms"),
+        (1000, "us"),
+        (1, "ns"),
+    ];
+    let unit = units.iter().find(|(size, _)| ns % size == 0).unwrap();
+    format!("{}{}", ns / unit.0, unit.1)
+}
+
+fn plain(name: &str) -> String {
+    let is_plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
+        && !name.starts_with(|c: char| c.is_ascii_digit())
+        && !["and", "or", "not", "mod", "if", "true", "false", "otherwise", "rise", "fall"]
+            .contains(&name);
+    if is_plain { name.to_owned() } else { format!("`{name}`") }
+}
+
+fn dotted(path: &Path) -> String {
+    path.names.iter().map(|name| plain(&name.text)).collect::<Vec<_>>().join(".")
+}
+
+fn add_step(region: &mut Region, step: &grafsynth_ir::chart::Step, kind: &str) {
+    let (is_initial, mut left) = role(step.role);
+    if step.activation_link {
+        left = format!("{left} *").trim().to_owned();
+    }
+    let own = Path::from(step.name.clone());
+    let mut actions = Vec::new();
+    for item in &step.body {
+        let mut action = Action {
+            qualifier: String::new(),
+            when: String::new(),
+            text: String::new(),
+            condition: None,
+            is_forcing: false,
+        };
+        match &item.kind {
+            StepItemKind::Action { target, arguments, how, condition: guard } => {
+                action.text = plain(&target.text);
+                if arguments.is_some() {
+                    action.text.push_str("()");
+                }
+                let mut more = Vec::new();
+                match how {
+                    ActionHow::Bare => {}
+                    ActionHow::After(ns) => more.push(wait(&own, *ns)),
+                    ActionHow::For(ns) => more.push(expr(ExprKind::Not(Box::new(wait(&own, *ns))))),
+                    ActionHow::Qualified(qualifier, ns) => {
+                        action.qualifier = qualifier.letters().to_owned();
+                        action.qualifier.extend(ns.map(|ns| format!(" {}", time(ns))));
+                    }
+                }
+                if guard.is_some() || !more.is_empty() {
+                    action.condition = {
+                        more.extend(guard.clone());
+                        Some(shown(&all_of(more)))
+                    };
+                }
+            }
+            StepItemKind::Entry(block) => {
+                action.when = "↑".into();
+                action.text = canonical(block);
+            }
+            StepItemKind::Exit(block) => {
+                action.when = "↓".into();
+                action.text = canonical(block);
+            }
+            StepItemKind::On { events, guard, actions } => {
+                action.qualifier = "on".into();
+                action.text = canonical(actions);
+                action.condition = Some(shown(&condition(events, guard.as_ref(), Vec::new())));
+            }
+            StepItemKind::Priority(rank) => {
+                region.remarks.push(format!("priority {rank}"));
+                continue;
+            }
+            StepItemKind::Force { target, order } => {
+                action.is_forcing = true;
+                let order = match order {
+                    ForceOrder::Situation(steps) => {
+                        steps.iter().map(dotted).collect::<Vec<_>>().join(", ")
+                    }
+                    ForceOrder::Init => "INIT".to_owned(),
+                    ForceOrder::Hold => "*".to_owned(),
+                };
+                action.text = format!("G {} {{{order}}}", dotted(target));
+            }
+            StepItemKind::Budget(_) | StepItemKind::Task { .. } | StepItemKind::Code(_) => continue,
+        }
+        actions.push(action);
+    }
+    label(region, &step.meta.label);
+    region
+        .steps
+        .insert(step.name.text.clone(), Step { is_initial, kind: kind.to_owned(), left, actions });
+}
+
+fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
+    let more = match &one.after {
+        None => Vec::new(),
+        Some((Length::Ns(ns), _)) => one.sources.iter().map(|step| wait(step, *ns)).collect(),
+        Some((Length::Named(name), _)) => {
+            let limit = expr(ExprKind::Leaf(Leaf::Name(name.clone())));
+            one.sources.iter().map(|step| elapsed(step, limit.clone())).collect()
+        }
+    };
+    let mut sources: Vec<String> = one.sources.iter().map(Path::to_string).collect();
+    let mut targets: Vec<String> = one.targets.iter().map(Path::to_string).collect();
+    sources.sort();
+    targets.sort();
+    region.remarks.extend(one.priority.map(|rank| format!("priority {rank}")));
+    label(region, &one.meta.label);
+    let mut actions = Vec::new();
+    if !one.actions.is_empty() {
+        actions.push(Action {
+            qualifier: String::new(),
+            when: String::new(),
+            text: canonical(&one.actions),
+            condition: None,
+            is_forcing: false,
+        });
+    }
+    region.transitions.push(Transition {
+        name: one.name.as_ref().map(|name| name.text.clone()).unwrap_or_default(),
+        sources,
+        targets,
+        receptivity: shown(&condition(&one.events, one.guard.as_ref(), more)),
+        actions,
+    });
+}

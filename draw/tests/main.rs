@@ -1,0 +1,8 @@
+//! Drawings are read back from their geometry and compared with their charts.
+
+#![allow(clippy::disallowed_methods, reason = "tests read the examples")]
+
+mod expected;
+mod random;
+mod read_back;
+mod reader;

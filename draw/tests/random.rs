@@ -1,0 +1,165 @@
+//! Random charts: nested sequences, alternatives, parallels and loops, half of them with links that fit no structure.
+
+use std::fmt::Write as _;
+
+struct Chart {
+    random: u64,
+    n_steps: usize,
+    steps: String,
+    transitions: String,
+    is_first: bool,
+}
+
+/// A random chart, the same for the same seed.
+pub(crate) fn random_chart(seed: u64) -> String {
+    let mut chart = Chart {
+        random: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
+        n_steps: 0,
+        steps: String::new(),
+        transitions: String::new(),
+        is_first: true,
+    };
+    for _ in 0..=chart.below(2) {
+        chart.is_first = true;
+        let first = chart.step();
+        let last = chart.block(&first, 3);
+        chart.transition(&[last], &[first]);
+    }
+    if seed % 2 == 1 {
+        for _ in 0..=chart.below(4) {
+            let mut some = |n: usize| -> Vec<String> {
+                let mut all: Vec<String> =
+                    (0..n).map(|_| format!("s{}", chart.below(chart.n_steps))).collect();
+                all.sort();
+                all.dedup();
+                all
+            };
+            let sources = 1 + (seed / 2 % 3) as usize;
+            let (from, to) = (some(sources), some(1 + (seed / 6 % 3) as usize));
+            let (from, to) = if seed % 7 == 1 { (Vec::new(), to) } else { (from, to) };
+            chart.transition(&from, &to);
+        }
+    }
+    format!(
+        "chart random {{\n input a, b, c\n output X, Y, Z\n var n: int 0..9\n{}{}}}\n",
+        chart.steps, chart.transitions
+    )
+}
+
+impl Chart {
+    fn below(&mut self, n: usize) -> usize {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 20) as usize % n.max(1)
+    }
+
+    fn step(&mut self) -> String {
+        let name = format!("s{}", self.n_steps);
+        self.n_steps += 1;
+        let initial = if std::mem::take(&mut self.is_first) { "initial " } else { "" };
+        let mut body = String::new();
+        for _ in 0..self.below(4) {
+            let item = match self.below(9) {
+                0 => "Y if a and not b",
+                1 => "Y after 3 s",
+                2 => "Z for 500 ms if not (a or c)",
+                3 => "entry { n := n + 1 }",
+                4 => "exit { n := 0; n := n + 2 }",
+                5 => "set X",
+                6 => "X SD 2 s",
+                7 => "priority 3",
+                _ => "Z",
+            };
+            let _ = write!(body, "{item}; ");
+        }
+        let label = if self.below(4) == 0 { " \"a comment\"" } else { "" };
+        let _ = writeln!(self.steps, " {initial}step {name}{label} {{ {body} }}");
+        name
+    }
+
+    fn condition(&mut self, depth: usize) -> String {
+        let n = if depth == 0 { 5 } else { 9 };
+        match self.below(n) {
+            0 => "a".to_owned(),
+            1 => "rise(b)".to_owned(),
+            2 => "n >= 3".to_owned(),
+            3 => format!("s{}.active", self.below(self.n_steps)),
+            4 => "2 s/c".to_owned(),
+            5 => format!("not ({})", self.condition(depth - 1)),
+            6 => format!("fall({})", self.condition(0)),
+            7 => format!("({}) and ({})", self.condition(depth - 1), self.condition(depth - 1)),
+            _ => format!("({}) or ({})", self.condition(depth - 1), self.condition(depth - 1)),
+        }
+    }
+
+    fn transition(&mut self, from: &[String], to: &[String]) {
+        let name = if self.below(3) == 0 {
+            format!("t{}: ", self.transitions.len())
+        } else {
+            String::new()
+        };
+        let to = if to.is_empty() { "sink".to_owned() } else { to.join(" & ") };
+        let _ = write!(self.transitions, " {name}{} -> {to}", from.join(" & "));
+        if self.below(6) > 0 {
+            let condition = self.condition(2);
+            let _ = write!(self.transitions, " when {condition}");
+        }
+        if !from.is_empty() && self.below(5) == 0 {
+            self.transitions.push_str(" after 1500 ms");
+        }
+        if self.below(6) == 0 {
+            self.transitions.push_str(" priority 2");
+        }
+        if self.below(6) == 0 {
+            self.transitions.push_str(" do { n := 1 }");
+        }
+        self.transitions.push('\n');
+    }
+
+    /// Adds something below a step and returns its last step.
+    fn block(&mut self, from: &str, depth: usize) -> String {
+        let from = from.to_owned();
+        match if depth == 0 { 0 } else { self.below(5) } {
+            0 | 1 => {
+                let next = self.step();
+                self.transition(&[from], &[next.clone()]);
+                if depth > 1 { self.block(&next, depth - 1) } else { next }
+            }
+            2 => {
+                let n = 2 + self.below(2);
+                let end = self.step();
+                for _ in 0..n {
+                    if self.below(4) == 0 {
+                        self.transition(&[from.clone()], &[end.clone()]);
+                        continue;
+                    }
+                    let first = self.step();
+                    self.transition(&[from.clone()], &[first.clone()]);
+                    let last = self.block(&first, depth - 1);
+                    self.transition(&[last], &[end.clone()]);
+                }
+                end
+            }
+            3 => {
+                let n = 2 + self.below(2);
+                let firsts: Vec<String> = (0..n).map(|_| self.step()).collect();
+                self.transition(&[from], &firsts);
+                let lasts: Vec<String> =
+                    firsts.iter().map(|it| self.block(it, depth - 1)).collect();
+                let end = self.step();
+                self.transition(&lasts, &[end.clone()]);
+                end
+            }
+            _ => {
+                let first = self.step();
+                self.transition(&[from], &[first.clone()]);
+                let last = self.block(&first, depth - 1);
+                let end = self.step();
+                self.transition(&[last.clone()], &[first]);
+                self.transition(&[last], &[end.clone()]);
+                end
+            }
+        }
+    }
+}

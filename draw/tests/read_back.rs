@@ -1,0 +1,262 @@
+//! The comparison of drawings with their charts.
+
+use crate::expected::{self, Vocabulary};
+use crate::random::random_chart;
+use crate::reader::{self, Region, Shapes};
+use grafsynth_draw::{Options, layout, svg};
+use grafsynth_frontend::graf;
+use grafsynth_ir::FileId;
+use grafsynth_ir::chart::Design;
+
+pub(crate) fn parsed(text: &str) -> Design {
+    let parsed = graf::parse(FileId(0), text);
+    assert!(parsed.diagnostics.iter().all(|it| !it.is_error()), "{:?}\n{text}", parsed.diagnostics);
+    parsed.design.unwrap()
+}
+
+fn drawn(design: &Design, words: bool) -> String {
+    svg(&layout(design, &Options { chart: None, words }).unwrap())
+}
+
+/// Why a drawing is not the drawing of the chart.
+fn difference(design: &Design, vocabulary: &Vocabulary, svg: &str) -> Option<String> {
+    let read = match reader::read(svg) {
+        Ok(read) => read,
+        Err(why) => return Some(why),
+    };
+    let headings = |one: &Region| one.heading.clone();
+    let charts: Vec<Region> = if design.charts.len() == 1 { vec![read] } else { read.inner };
+    if charts.len() != design.charts.len() {
+        return Some(format!("{} charts", charts.len()));
+    }
+    charts.iter().zip(&design.charts).find_map(|(read, chart)| {
+        let expected = expected::region(format!("G {}", chart.name.text), &chart.items);
+        compare(&expected, read, vocabulary).map(|why| format!("{}: {why}", headings(&expected)))
+    })
+}
+
+fn compare(expected: &Region, read: &Region, vocabulary: &Vocabulary) -> Option<String> {
+    let understood = match understood(read, vocabulary, expected) {
+        Ok(understood) => understood,
+        Err(why) => return Some(why),
+    };
+    if !understood.heading.starts_with(&expected.heading) {
+        return Some(format!("heading {}", understood.heading));
+    }
+    if understood.steps != expected.steps {
+        let is_same = |name: &&String| understood.steps.get(*name) == expected.steps.get(*name);
+        let mut all = understood.steps.keys().chain(expected.steps.keys());
+        let name = all.find(|name| !is_same(name))?;
+        let (is, must) = (understood.steps.get(name), expected.steps.get(name));
+        return Some(format!("step {name}:\n{is:?}\ninstead of\n{must:?}"));
+    }
+    let sorted = |region: &Region| {
+        let mut all: Vec<String> = region.transitions.iter().map(|it| format!("{it:?}")).collect();
+        all.sort();
+        all
+    };
+    let (is, must) = (sorted(&understood), sorted(expected));
+    if is != must {
+        let pair = is.iter().zip(&must).find(|(is, must)| is != must);
+        return Some(format!("transitions: {pair:?}, {} and {}", is.len(), must.len()));
+    }
+    // Remarks about the chart itself are not compared.
+    let mut remarks = understood.remarks.clone();
+    for remark in &expected.remarks {
+        let Some(index) = remarks.iter().position(|one| one == remark) else {
+            return Some(format!("no remark {remark}"));
+        };
+        remarks.remove(index);
+    }
+    if understood.inner.len() != expected.inner.len() {
+        return Some(format!("{} frames", understood.inner.len()));
+    }
+    expected
+        .inner
+        .iter()
+        .zip(&read.inner)
+        .find_map(|(expected, read)| compare(expected, read, vocabulary))
+}
+
+/// The region with conditions and lists in the form of the expected ones.
+fn understood(read: &Region, vocabulary: &Vocabulary, expected: &Region) -> Result<Region, String> {
+    let mut region = read.clone();
+    for transition in &mut region.transitions {
+        transition.receptivity = vocabulary.condition(&transition.receptivity)?;
+        for action in &mut transition.actions {
+            action.text = vocabulary.list(&action.text)?;
+        }
+    }
+    for (name, step) in &mut region.steps {
+        for (index, action) in step.actions.iter_mut().enumerate() {
+            if let Some(condition) = &mut action.condition {
+                *condition = vocabulary.condition(condition)?;
+            }
+            let is_list = (expected.steps.get(name))
+                .and_then(|step| step.actions.get(index))
+                .is_some_and(|action| !action.when.is_empty() || action.qualifier == "on");
+            if is_list {
+                action.text = vocabulary.list(&action.text)?;
+            }
+        }
+    }
+    Ok(region)
+}
+
+/// Everything that must not be in a drawing: overlapping boxes or texts, two links on one line, links through texts.
+fn flaws(svg: &str) -> Option<String> {
+    let Shapes { boxes, links, texts, .. } = reader::shapes(svg).unwrap();
+    for (index, one) in boxes.iter().enumerate() {
+        if let Some(other) = boxes[..index].iter().find(|other| !one.is_apart(other, 2)) {
+            return Some(format!("boxes {one:?} {other:?}"));
+        }
+    }
+    for (index, one) in links.iter().enumerate() {
+        let is_same = |other: &&reader::Line| {
+            let overlap = |a: (i64, i64), b: (i64, i64)| a.0.max(b.0) < a.1.min(b.1);
+            one.x1 == one.x2
+                && other.x1 == other.x2
+                && (one.x1 - other.x1).abs() < 2
+                && overlap((one.y1, one.y2), (other.y1, other.y2))
+                || one.y1 == one.y2
+                    && other.y1 == other.y2
+                    && (one.y1 - other.y1).abs() < 2
+                    && overlap((one.x1, one.x2), (other.x1, other.x2))
+        };
+        if let Some(other) = links[..index].iter().find(is_same) {
+            return Some(format!("links {one:?} {other:?}"));
+        }
+    }
+    let areas: Vec<reader::Rect> = texts
+        .iter()
+        .map(|text| reader::Rect { x: text.x, y: text.y - 9, w: text.width, h: 11 })
+        .collect();
+    for (index, one) in areas.iter().enumerate() {
+        if let Some(other) = areas[..index].iter().find(|other| !one.is_apart(other, 0)) {
+            return Some(format!("texts {one:?} {other:?}"));
+        }
+        let is_through = |line: &&reader::Line| {
+            let area =
+                reader::Rect { x: line.x1, y: line.y1, w: line.x2 - line.x1, h: line.y2 - line.y1 };
+            !one.is_apart(&area, 0)
+        };
+        if let Some(line) = links.iter().find(is_through) {
+            return Some(format!("text {:?} {line:?}", texts[index]));
+        }
+    }
+    None
+}
+
+fn check(text: &str) {
+    let design = parsed(text);
+    let vocabulary = Vocabulary::of(&design);
+    let svg = drawn(&design, false);
+    if let Some(why) = difference(&design, &vocabulary, &svg).or_else(|| flaws(&svg)) {
+        panic!("{why}\n{text}");
+    }
+    let words = drawn(&design, true);
+    if let Some(why) = difference(&design, &vocabulary, &words) {
+        panic!("with words: {why}\n{text}");
+    }
+}
+
+/// The Grafcet charts in `examples`.
+fn examples() -> Vec<String> {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
+    let mut all = Vec::new();
+    for folder in std::fs::read_dir(root).unwrap() {
+        let Ok(files) = std::fs::read_dir(folder.unwrap().path()) else { continue };
+        for file in files {
+            let path = file.unwrap().path();
+            if path.extension().is_some_and(|it| it == "graf") {
+                all.push(std::fs::read_to_string(path).unwrap());
+            }
+        }
+    }
+    all.retain(|text| !text.contains("inner-first"));
+    all.sort();
+    assert!(all.len() > 10);
+    all
+}
+
+#[test]
+fn the_drawings_of_the_examples_are_their_charts() {
+    examples().iter().for_each(|text| check(text));
+}
+
+#[test]
+fn the_drawings_of_random_charts_are_these_charts() {
+    for seed in 0..100 {
+        check(&random_chart(seed));
+    }
+}
+
+#[test]
+fn every_form_of_action_and_condition_is_drawn() {
+    check(include_str!("forms.graf"));
+}
+
+/// A drawing with a line moved or missing, a text or a bar missing, or a text changed is not the drawing of the chart.
+#[test]
+fn spoiled_drawings_are_noticed() {
+    let mut n_spoiled = 0;
+    let charts = examples().into_iter().chain((0..4).map(random_chart));
+    for text in charts {
+        let design = parsed(&text);
+        let vocabulary = Vocabulary::of(&design);
+        let svg = drawn(&design, false);
+        let lines: Vec<&str> = svg.lines().collect();
+        for (index, line) in lines.iter().enumerate() {
+            let is_link =
+                line.starts_with("<line class=\"l\"") || line.starts_with("<line class=\"b\"");
+            let is_text = line.starts_with("<text x");
+            // Each chart begins with another line, and not every line is tried.
+            if !is_link && !is_text || !(index + svg.len()).is_multiple_of(9) {
+                continue;
+            }
+            let mut spoiled = vec![String::new()];
+            if is_link {
+                spoiled.push(moved(line));
+            }
+            for other in spoiled {
+                let mut lines = lines.clone();
+                lines[index] = &other;
+                let why = difference(&design, &vocabulary, &lines.join("\n"));
+                assert!(why.is_some(), "not noticed: {line} -> {other}\n{text}");
+                n_spoiled += 1;
+            }
+        }
+    }
+    assert!(n_spoiled > 100, "{n_spoiled}");
+}
+
+/// The line 7 pixels to the right and below.
+fn moved(line: &str) -> String {
+    let parts: Vec<String> = line
+        .split('"')
+        .map(|part| part.parse::<i64>().map_or_else(|_| part.to_owned(), |n| (n + 7).to_string()))
+        .collect();
+    parts.join("\"")
+}
+
+#[test]
+fn statecharts_and_unknown_charts_are_refused() {
+    use grafsynth_draw::NotDrawn;
+    let statechart = parsed("chart s { conflict inner-first\n state a\n state b\n a -> b }");
+    let refused = layout(&statechart, &Options::default());
+    assert_eq!(refused, Err(NotDrawn::Statechart("s".to_owned())));
+    let chart = parsed("chart g { initial step a }");
+    let refused = layout(&chart, &Options { chart: Some("h"), words: false });
+    assert_eq!(refused, Err(NotDrawn::NoChart(vec!["g".to_owned()])));
+}
+
+/// Texts that look like markup, and those that change the direction of what follows, do no harm.
+#[test]
+fn hostile_texts_stay_texts() {
+    let design = parsed(
+        "chart g { initial step a \"</text><script>x</script>\u{202E}&amp;\"\n step `<b> \"c\"`\n a -> `<b> \"c\"` when a.active }",
+    );
+    let svg = drawn(&design, false);
+    assert!(!svg.contains("<script") && !svg.contains('\u{202E}'));
+    assert_eq!(reader::read(&svg).unwrap().steps.len(), 2);
+}

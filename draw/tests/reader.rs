@@ -1,0 +1,730 @@
+//! Reads a drawing back from its geometry: the ends of lines on borders and bars, and texts beside or inside their symbols. Ids are not used.
+
+use roxmltree::Node;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// A rectangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Rect {
+    pub(crate) x: i64,
+    pub(crate) y: i64,
+    pub(crate) w: i64,
+    pub(crate) h: i64,
+}
+
+impl Rect {
+    fn middle(&self) -> (i64, i64) {
+        (self.x + self.w / 2, self.y + self.h / 2)
+    }
+
+    fn contains(&self, (x, y): (i64, i64)) -> bool {
+        self.x < x && x < self.x + self.w && self.y < y && y < self.y + self.h
+    }
+
+    /// True if the other rectangle is inside of this one.
+    fn encloses(&self, other: &Rect) -> bool {
+        self.contains((other.x, other.y)) && self.contains((other.x + other.w, other.y + other.h))
+    }
+
+    pub(crate) fn is_apart(&self, other: &Rect, gap: i64) -> bool {
+        self.x + self.w + gap <= other.x
+            || other.x + other.w + gap <= self.x
+            || self.y + self.h + gap <= other.y
+            || other.y + other.h + gap <= self.y
+    }
+}
+
+/// A line, from its upper or left end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Line {
+    pub(crate) x1: i64,
+    pub(crate) y1: i64,
+    pub(crate) x2: i64,
+    pub(crate) y2: i64,
+}
+
+impl Line {
+    fn ends(&self) -> [(i64, i64); 2] {
+        [(self.x1, self.y1), (self.x2, self.y2)]
+    }
+
+    fn has(&self, (x, y): (i64, i64)) -> bool {
+        let is_straight = self.x1 == self.x2 || self.y1 == self.y2;
+        let is_between = |a: i64, b: i64, at: i64| a.min(b) <= at && at <= a.max(b);
+        is_straight && is_between(self.x1, self.x2, x) && is_between(self.y1, self.y2, y)
+            || self.ends().contains(&(x, y))
+    }
+
+    fn touches(&self, other: &Line) -> bool {
+        self.ends().iter().any(|end| other.has(*end))
+            || other.ends().iter().any(|end| self.has(*end))
+    }
+}
+
+/// A text on one line with its overlines as `(not (..))`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Text {
+    pub(crate) x: i64,
+    pub(crate) y: i64,
+    pub(crate) width: i64,
+    pub(crate) text: String,
+    pub(crate) class: String,
+}
+
+/// All shapes of a drawing or of one frame.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Shapes {
+    pub(crate) boxes: Vec<Rect>,
+    pub(crate) frames: Vec<Rect>,
+    pub(crate) insets: Vec<Rect>,
+    pub(crate) links: Vec<Line>,
+    pub(crate) details: Vec<Line>,
+    pub(crate) bars: Vec<Line>,
+    pub(crate) texts: Vec<Text>,
+}
+
+pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
+    let document = roxmltree::Document::parse(svg).map_err(|error| error.to_string())?;
+    let mut shapes = Shapes::default();
+    for node in document.descendants() {
+        let class = node.attribute("class").unwrap_or_default();
+        match (node.tag_name().name(), class) {
+            ("rect", "l" | "d" | "f") => {
+                let [x, y, w, h] = numbers(&node, ["x", "y", "width", "height"])?;
+                let rect = Rect { x, y, w, h };
+                match class {
+                    "l" => shapes.boxes.push(rect),
+                    "d" => shapes.insets.push(rect),
+                    _ => shapes.frames.push(rect),
+                }
+            }
+            ("line", "l" | "d" | "b") => {
+                let [x1, y1, x2, y2] = numbers(&node, ["x1", "y1", "x2", "y2"])?;
+                let line = if (y1, x1) <= (y2, x2) {
+                    Line { x1, y1, x2, y2 }
+                } else {
+                    Line { x1: x2, y1: y2, x2: x1, y2: y1 }
+                };
+                match class {
+                    "l" => shapes.links.push(line),
+                    "d" => shapes.details.push(line),
+                    _ => shapes.bars.push(line),
+                }
+            }
+            ("text", _) => {
+                let [x, y, width] = numbers(&node, ["x", "y", "textLength"])?;
+                let text = node.text().unwrap_or_default().to_owned();
+                shapes.texts.push(Text { x, y, width, text, class: class.to_owned() });
+            }
+            _ => {}
+        }
+    }
+    Ok(shapes)
+}
+
+fn numbers<const N: usize>(node: &Node<'_, '_>, names: [&str; N]) -> Result<[i64; N], String> {
+    let mut all = [0; N];
+    for (at, name) in all.iter_mut().zip(names) {
+        let text = node.attribute(name).ok_or_else(|| format!("no {name}"))?;
+        *at = text.parse().map_err(|_| format!("{name}={text}"))?;
+    }
+    Ok(all)
+}
+
+/// An action box.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Action {
+    pub(crate) qualifier: String,
+    /// `↑`, `↓` or nothing.
+    pub(crate) when: String,
+    pub(crate) text: String,
+    pub(crate) condition: Option<String>,
+    pub(crate) is_forcing: bool,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) is_initial: bool,
+    /// `step`, `macro` or `enclosing`.
+    pub(crate) kind: String,
+    pub(crate) left: String,
+    pub(crate) actions: Vec<Action>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Transition {
+    pub(crate) name: String,
+    pub(crate) sources: Vec<String>,
+    pub(crate) targets: Vec<String>,
+    pub(crate) receptivity: String,
+    pub(crate) actions: Vec<Action>,
+}
+
+/// A chart or an expansion.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Region {
+    pub(crate) heading: String,
+    pub(crate) steps: BTreeMap<String, Step>,
+    pub(crate) transitions: Vec<Transition>,
+    pub(crate) inner: Vec<Region>,
+    /// Small texts.
+    pub(crate) remarks: Vec<String>,
+}
+
+/// Reads the sheet: a region for everything outside of frames, with the frames in it.
+pub(crate) fn read(svg: &str) -> Result<Region, String> {
+    region(shapes(svg)?)
+}
+
+fn region(mut shapes: Shapes) -> Result<Region, String> {
+    let mut inner = Vec::new();
+    let all = std::mem::take(&mut shapes.frames);
+    let outer: Vec<Rect> = all
+        .iter()
+        .filter(|frame| !all.iter().any(|other| other.encloses(frame)))
+        .copied()
+        .collect();
+    for frame in outer {
+        let mut part = Shapes::default();
+        let take = |at: (i64, i64)| frame.contains(at);
+        part.frames = all.iter().filter(|one| frame.encloses(one)).copied().collect();
+        let middle = |line: &Line| ((line.x1 + line.x2) / 2, (line.y1 + line.y2) / 2);
+        part.boxes = split(&mut shapes.boxes, |it| take(it.middle()));
+        part.insets = split(&mut shapes.insets, |it| take(it.middle()));
+        part.links = split(&mut shapes.links, |it| take(middle(it)));
+        part.details = split(&mut shapes.details, |it| take(middle(it)));
+        part.bars = split(&mut shapes.bars, |it| take(middle(it)));
+        part.texts = split(&mut shapes.texts, |it| take((it.x + it.width / 2, it.y - 3)));
+        inner.push(region(part)?);
+    }
+    let mut region = Reader::new(shapes)?.region()?;
+    region.inner = inner;
+    Ok(region)
+}
+
+fn split<T: Clone>(from: &mut Vec<T>, mut is_taken: impl FnMut(&T) -> bool) -> Vec<T> {
+    let taken = from.iter().filter(|it| is_taken(it)).cloned().collect();
+    from.retain(|it| !is_taken(it));
+    taken
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum End {
+    Step(usize),
+    Transition(usize),
+    Double(usize),
+    /// The text of a reference.
+    Reference(usize),
+}
+
+#[derive(Default, Debug)]
+struct Net {
+    sources: Vec<End>,
+    sinks: Vec<End>,
+}
+
+struct Reader {
+    shapes: Shapes,
+    lines: Vec<Text>,
+    used: BTreeSet<usize>,
+    doubles: Vec<(i64, i64, i64)>,
+}
+
+impl Reader {
+    fn new(shapes: Shapes) -> Result<Self, String> {
+        let lines = text_lines(&shapes);
+        Ok(Reader { shapes, lines, used: BTreeSet::new(), doubles: Vec::new() })
+    }
+
+    /// Takes the line of text that `is_it` describes.
+    fn take(&mut self, is_it: impl Fn(&Text) -> bool) -> Option<Text> {
+        let index = self.lines.iter().position(|line| is_it(line))?;
+        if !self.used.insert(index) {
+            return None;
+        }
+        self.lines.get(index).cloned()
+    }
+
+    fn region(mut self) -> Result<Region, String> {
+        let mut region = Region::default();
+        if let Some(heading) = self.take(|line| line.class == "h") {
+            region.heading = heading.text;
+        }
+        self.find_doubles();
+        let nets = self.line_groups();
+        // Boxes that a line enters from the left are actions; the other boxes are steps.
+        let enters = |line: &Line, rect: &Rect| {
+            line.ends().iter().any(|(x, y)| *x == rect.x && rect.y < *y && *y < rect.y + rect.h)
+        };
+        let lines = || {
+            self.shapes
+                .links
+                .iter()
+                .chain(self.shapes.details.iter().filter(|it| it.x1 != it.x2 && it.y1 != it.y2))
+        };
+        let is_action = |rect: &Rect| {
+            lines().any(|line| enters(line, rect) && !(rect.x < line.x2 && rect.x < line.x1))
+                && lines().any(|line| enters(line, rect) && line.x1.min(line.x2) < rect.x)
+        };
+        let (actions, steps): (Vec<Rect>, Vec<Rect>) =
+            self.shapes.boxes.iter().partition(|it| is_action(it));
+        let mut boxes: Vec<Option<Action>> = Vec::new();
+        for rect in &actions {
+            boxes.push(Some(self.action(rect)?));
+        }
+        let mut names = Vec::new();
+        for rect in &steps {
+            let (name, step) = self.step(rect)?;
+            names.push(name.clone());
+            if region.steps.insert(name.clone(), step).is_some() {
+                return Err(format!("two steps {name}"));
+            }
+        }
+        let bars = self.shapes.bars.clone();
+        let mut links = Vec::new();
+        for net in &nets {
+            let group: Vec<Line> = net.iter().map(|index| self.shapes.links[*index]).collect();
+            let owner = steps.iter().position(|rect| {
+                group
+                    .iter()
+                    .flat_map(Line::ends)
+                    .any(|(x, y)| x == rect.x + rect.w && rect.y < y && y < rect.y + rect.h)
+            });
+            let Some(owner) = owner else {
+                links.push(self.net(&group, &steps, &bars)?);
+                continue;
+            };
+            let mut entered: Vec<usize> = (0..actions.len())
+                .filter(|index| group.iter().any(|line| enters(line, &actions[*index])))
+                .collect();
+            if entered.is_empty() {
+                return Err("a line from a step to nothing".to_owned());
+            }
+            let all = group.iter().flat_map(Line::ends);
+            for end in all {
+                let n = group.iter().filter(|line| line.has(end)).count();
+                let is_entered = entered.iter().any(|index| actions[*index].x == end.0);
+                if n < 2 && !is_entered && end.0 != steps[owner].x + steps[owner].w {
+                    return Err(format!("a loose end at {end:?}"));
+                }
+            }
+            entered.sort_by_key(|index| actions[*index].y);
+            for index in entered {
+                let action = boxes[index].take().ok_or("an action of two steps")?;
+                if let Some(step) = region.steps.get_mut(&names[owner]) {
+                    step.actions.push(action);
+                }
+            }
+        }
+        let mut transitions = Vec::new();
+        for bar in &bars {
+            transitions.push(self.transition(bar, &actions, &mut boxes)?);
+        }
+        if boxes.iter().any(Option::is_some) {
+            return Err("an action without a step".to_owned());
+        }
+        self.connect(&links, &names, &mut transitions)?;
+        region.transitions = transitions;
+        let rest = (0..self.lines.len()).filter(|index| !self.used.contains(index));
+        for index in rest {
+            let line = &self.lines[index];
+            if line.class != "s" {
+                return Err(format!("a text without a symbol: {}", line.text));
+            }
+            region.remarks.push(line.text.clone());
+        }
+        region.remarks.sort();
+        Ok(region)
+    }
+
+    /// Two horizontal lines of the same length, 4 pixels apart.
+    fn find_doubles(&mut self) {
+        let links = self.shapes.links.clone();
+        let is_flat = |line: &&Line| line.y1 == line.y2 && line.x1 < line.x2;
+        for line in links.iter().filter(is_flat) {
+            let lower = Line { y1: line.y1 + 4, y2: line.y2 + 4, ..*line };
+            if links.contains(&lower) {
+                self.doubles.push((line.x1, line.x2, line.y1 + 2));
+                self.shapes.links.retain(|it| it != line && *it != lower);
+            }
+        }
+    }
+
+    /// The lines that touch, by their numbers.
+    fn line_groups(&self) -> Vec<Vec<usize>> {
+        let links = &self.shapes.links;
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        let mut is_known = vec![false; links.len()];
+        for start in 0..links.len() {
+            if std::mem::replace(&mut is_known[start], true) {
+                continue;
+            }
+            let mut group = vec![start];
+            let mut next = 0;
+            while let Some(&at) = group.get(next) {
+                next += 1;
+                for other in 0..links.len() {
+                    if !is_known[other] && links[at].touches(&links[other]) {
+                        is_known[other] = true;
+                        group.push(other);
+                    }
+                }
+            }
+            groups.push(group);
+        }
+        groups
+    }
+
+    /// What the ends of a group of links touch.
+    fn net(&mut self, group: &[Line], steps: &[Rect], bars: &[Line]) -> Result<Net, String> {
+        let mut net = Net::default();
+        let ends: BTreeSet<(i64, i64)> = group.iter().flat_map(Line::ends).collect();
+        for &(x, y) in &ends {
+            let n = group.iter().filter(|line| line.has((x, y))).count();
+            let bar_middle = |bar: &Line| (bar.x1 + bar.x2) / 2;
+            let mut found = Vec::new();
+            for (index, rect) in steps.iter().enumerate().filter(|(_, rect)| rect.middle().0 == x) {
+                found.extend((rect.y == y).then_some((End::Step(index), true)));
+                found.extend((rect.y + rect.h == y).then_some((End::Step(index), false)));
+            }
+            for (index, bar) in bars.iter().enumerate().filter(|(_, bar)| bar_middle(bar) == x) {
+                found.extend((bar.y1 - 2 == y).then_some((End::Transition(index), true)));
+                found.extend((bar.y1 + 2 == y).then_some((End::Transition(index), false)));
+            }
+            let is_vertical = group.iter().any(|line| line.x1 == line.x2 && line.has((x, y)));
+            for (index, (left, right, at)) in self.doubles.iter().enumerate() {
+                if is_vertical && *left <= x && x <= *right {
+                    found.extend((at - 2 == y).then_some((End::Double(index), true)));
+                    found.extend((at + 2 == y).then_some((End::Double(index), false)));
+                }
+            }
+            if found.is_empty() && n < 2 {
+                let below =
+                    |line: &Text| (line.x + line.width / 2 - x).abs() <= 1 && line.y == y + 13;
+                let above =
+                    |line: &Text| (line.x + line.width / 2 - x).abs() <= 1 && line.y == y - 5;
+                let below = self.lines.iter().position(below);
+                let above = self.lines.iter().position(above);
+                let (index, is_sink) = match (below, above) {
+                    (Some(index), None) => (index, true),
+                    (None, Some(index)) => (index, false),
+                    _ => return Err(format!("a link that ends at nothing: {x} {y}")),
+                };
+                self.used.insert(index);
+                found.push((End::Reference(index), is_sink));
+            }
+            for (end, is_sink) in found {
+                if is_sink { net.sinks.push(end) } else { net.sources.push(end) }
+            }
+        }
+        if net.sources.is_empty() || net.sinks.is_empty() {
+            return Err(format!("links without a beginning or an end: {group:?}"));
+        }
+        if net.sources.len() > 1 && net.sinks.len() > 1 {
+            return Err("links with several beginnings and ends".to_owned());
+        }
+        Ok(net)
+    }
+
+    fn connect(
+        &self,
+        nets: &[Net],
+        names: &[String],
+        transitions: &mut [Transition],
+    ) -> Result<(), String> {
+        // Alternatives only below steps and above steps: several links meet at a transition only at a double line.
+        for net in nets {
+            let is_transition = |end: &End| matches!(end, End::Transition(_));
+            if net.sources.len() > 1 && net.sinks.iter().any(is_transition)
+                || net.sinks.len() > 1 && net.sources.iter().any(is_transition)
+            {
+                return Err("several links at a transition without a double line".to_owned());
+            }
+        }
+        let name = |end: &End| -> Result<String, String> {
+            match end {
+                End::Step(index) => Ok(names[*index].clone()),
+                End::Reference(index) => {
+                    let text = &self.lines[*index].text;
+                    Ok(text.trim_start_matches("→ ").trim_end_matches(" →").to_owned())
+                }
+                End::Transition(_) | End::Double(_) => Err("transition to transition".to_owned()),
+            }
+        };
+        for (index, (..)) in self.doubles.iter().enumerate() {
+            let above = nets.iter().filter(|net| net.sinks.contains(&End::Double(index)));
+            let below = nets.iter().filter(|net| net.sources.contains(&End::Double(index)));
+            let (above, below): (Vec<_>, Vec<_>) = (above.collect(), below.collect());
+            let joins = matches!(below.as_slice(), [net] if matches!(net.sinks.as_slice(), [End::Transition(_)]));
+            let forks = matches!(above.as_slice(), [net] if matches!(net.sources.as_slice(), [End::Transition(_)]));
+            let ends = |nets: &[&Net], sinks: bool| -> usize {
+                let all = nets.iter().flat_map(|net| if sinks { &net.sinks } else { &net.sources });
+                all.filter(|end| **end == End::Double(index)).count()
+            };
+            if !(joins && ends(&above, true) > 1 || forks && ends(&below, false) > 1) {
+                return Err("a double line that neither forks nor joins".to_owned());
+            }
+        }
+        for (index, transition) in transitions.iter_mut().enumerate() {
+            let own = End::Transition(index);
+            for net in nets.iter().filter(|net| net.sinks.contains(&own)) {
+                for source in &net.sources {
+                    match source {
+                        End::Double(double) => {
+                            let above = |net: &&Net| net.sinks.contains(&End::Double(*double));
+                            for net in nets.iter().filter(above) {
+                                let n = net
+                                    .sinks
+                                    .iter()
+                                    .filter(|end| **end == End::Double(*double))
+                                    .count();
+                                for source in &net.sources {
+                                    for _ in 0..n {
+                                        transition.sources.push(name(source)?);
+                                    }
+                                }
+                            }
+                        }
+                        end => transition.sources.push(name(end)?),
+                    }
+                }
+            }
+            for net in nets.iter().filter(|net| net.sources.contains(&own)) {
+                for sink in &net.sinks {
+                    match sink {
+                        End::Double(double) => {
+                            let below = |net: &&Net| net.sources.contains(&End::Double(*double));
+                            for net in nets.iter().filter(below) {
+                                let n = net
+                                    .sources
+                                    .iter()
+                                    .filter(|end| **end == End::Double(*double))
+                                    .count();
+                                for sink in &net.sinks {
+                                    for _ in 0..n {
+                                        transition.targets.push(name(sink)?);
+                                    }
+                                }
+                            }
+                        }
+                        end => transition.targets.push(name(end)?),
+                    }
+                }
+            }
+            transition.sources.sort();
+            transition.targets.sort();
+        }
+        Ok(())
+    }
+
+    /// The lines of text in a box, from the column on, joined.
+    fn inside(&mut self, rect: &Rect, from: i64, to: i64, between: &str) -> String {
+        let mut lines: Vec<(i64, usize)> = Vec::new();
+        for (index, line) in self.lines.iter().enumerate() {
+            if rect.contains((line.x, line.y - 3)) && from <= line.x && line.x < to {
+                lines.push((line.y, index));
+            }
+        }
+        lines.sort_unstable();
+        self.used.extend(lines.iter().map(|(_, index)| *index));
+        let texts: Vec<&str> =
+            lines.iter().map(|(_, index)| self.lines[*index].text.as_str()).collect();
+        texts.join(between)
+    }
+
+    fn has_inset(&self, rect: &Rect) -> bool {
+        let Rect { x, y, w, h } = *rect;
+        self.shapes.insets.contains(&Rect { x: x + 3, y: y + 3, w: w - 6, h: h - 6 })
+    }
+
+    fn step(&mut self, rect: &Rect) -> Result<(String, Step), String> {
+        let Rect { x, y, w, h } = *rect;
+        let mut name = self.inside(rect, x, x + w, "");
+        let details = |line: Line| self.shapes.details.contains(&line);
+        let across = |y: i64| details(Line { x1: x, y1: y, x2: x + w, y2: y });
+        let corner = |x1, y1, x2, y2| details(Line { x1, y1, x2, y2 });
+        let is_macro = across(y + 6) && across(y + h - 6);
+        let is_enclosing = corner(x + 8, y, x, y + 8)
+            && corner(x + w - 8, y, x + w, y + 8)
+            && corner(x, y + h - 8, x + 8, y + h)
+            && corner(x + w, y + h - 8, x + w - 8, y + h);
+        let kind = match (is_macro, is_enclosing) {
+            (true, _) => "macro",
+            (_, true) => "enclosing",
+            _ => "step",
+        };
+        if is_macro {
+            name = name.strip_prefix("M ").ok_or("a macro-step without M")?.to_owned();
+        }
+        if name.is_empty() {
+            return Err("a step without a name".to_owned());
+        }
+        let left = self.take(|line| line.x + line.width == x - 6 && line.y == y + h / 2 + 4);
+        let left = left.map(|line| line.text).unwrap_or_default();
+        Ok((
+            name,
+            Step {
+                is_initial: self.has_inset(rect),
+                kind: kind.to_owned(),
+                left,
+                actions: Vec::new(),
+            },
+        ))
+    }
+
+    fn action(&mut self, rect: &Rect) -> Result<Action, String> {
+        let Rect { x, y, w, h } = *rect;
+        let cell = self.shapes.details.iter().find(|line| {
+            line.x1 == line.x2 && x < line.x1 && line.x1 < x + w && line.y1 == y && line.y2 == y + h
+        });
+        let cell = cell.map(|line| line.x1);
+        let qualifier = cell.map(|cell| self.inside(rect, x, cell, " ")).unwrap_or_default();
+        let text = self.inside(rect, cell.unwrap_or(x), x + w, " ");
+        if text.is_empty() && qualifier.is_empty() {
+            return Err("an empty box".to_owned());
+        }
+        let tips: Vec<i64> = (self.shapes.details.iter())
+            .filter(|line| {
+                line.x1 == line.x2 && line.x1 == x + 6 && rect.contains((line.x1, line.y1))
+            })
+            .flat_map(|line| [line.y1, line.y2])
+            .filter(|y| {
+                self.shapes.details.iter().filter(|line| line.ends().contains(&(x + 6, *y))).count()
+                    == 3
+            })
+            .collect();
+        let when = match tips.as_slice() {
+            [tip] if *tip < y + h / 2 => "↑",
+            [_] => "↓",
+            _ => "",
+        };
+        let stroke = Line { x1: x + 10, y1: y - 7, x2: x + 10, y2: y };
+        let mut condition = None;
+        if self.shapes.details.contains(&stroke) {
+            let mut lines = Vec::new();
+            let mut last = y - 7;
+            while let Some(line) =
+                self.take(|line| line.x == x + 4 && line.y < last && last - line.y <= 30)
+            {
+                last = line.y;
+                lines.insert(0, line.text);
+            }
+            if lines.is_empty() {
+                return Err("a stroke without a condition".to_owned());
+            }
+            condition = Some(lines.join(" "));
+        }
+        Ok(Action {
+            qualifier,
+            when: when.to_owned(),
+            text,
+            condition,
+            is_forcing: self.has_inset(rect),
+        })
+    }
+
+    fn transition(
+        &mut self,
+        bar: &Line,
+        actions: &[Rect],
+        boxes: &mut [Option<Action>],
+    ) -> Result<Transition, String> {
+        let name = self.take(|line| line.x + line.width == bar.x1 - 6 && line.y == bar.y1 + 4);
+        let name =
+            name.map(|name| name.text.trim_start_matches('(').trim_end_matches(')').to_owned());
+        let mut texts = Vec::new();
+        let mut y = bar.y1 + 4;
+        if let Some(line) =
+            self.take(|line| line.x == bar.x2 + 8 && line.y == y && line.class.is_empty())
+        {
+            texts.push(line.text);
+        }
+        while let Some(line) = self.take(|line| {
+            line.x == bar.x2 + 8
+                && line.y > y
+                && line.y <= y + 30
+                && line.class.is_empty()
+                && !actions.iter().any(|rect| rect.contains((line.x + 1, line.y - 3)))
+        }) {
+            y = line.y;
+            texts.push(line.text);
+        }
+        if texts.is_empty() {
+            return Err("a transition without a receptivity".to_owned());
+        }
+        let mut own = Vec::new();
+        for (rect, action) in actions.iter().zip(boxes.iter_mut()) {
+            let end = (rect.x, rect.middle().1);
+            let start = (bar.x2 - 2, bar.y1 + 2);
+            let is_joined = |line: &Line| {
+                line.ends().contains(&start)
+                    && line.ends().iter().any(|it| it.0 == end.0 && (it.1 - end.1).abs() <= 1)
+            };
+            if self.shapes.details.iter().any(is_joined) {
+                own.extend(action.take());
+            }
+        }
+        Ok(Transition {
+            name: name.unwrap_or_default(),
+            sources: Vec::new(),
+            targets: Vec::new(),
+            receptivity: texts.join(" "),
+            actions: own,
+        })
+    }
+}
+
+/// Joins the runs of each line of text, with overlines.
+fn text_lines(shapes: &Shapes) -> Vec<Text> {
+    let mut runs = shapes.texts.clone();
+    runs.sort_by_key(|run| (run.y, run.x));
+    let mut lines: Vec<Vec<Text>> = Vec::new();
+    for run in runs {
+        match lines.last_mut() {
+            Some(line)
+                if line.last().is_some_and(|last| {
+                    last.y == run.y && last.x + last.width == run.x && last.class == run.class
+                }) =>
+            {
+                line.push(run);
+            }
+            _ => lines.push(vec![run]),
+        }
+    }
+    lines.iter().map(|runs| joined(runs, shapes)).collect()
+}
+
+fn joined(runs: &[Text], shapes: &Shapes) -> Text {
+    let first = &runs[0];
+    let size = match first.class.as_str() {
+        "s" => 11,
+        "h" => 14,
+        _ => 12,
+    };
+    let end = runs.last().map_or(0, |run| run.x + run.width);
+    let mut over: Vec<&Line> = shapes
+        .details
+        .iter()
+        .filter(|line| {
+            let up = first.y - size + 1 - line.y1;
+            line.y1 == line.y2
+                && (0..=30).contains(&up)
+                && up % 3 == 0
+                && first.x <= line.x1
+                && line.x2 <= end
+        })
+        .filter(|line| {
+            runs.iter().any(|run| run.x == line.x1)
+                && runs.iter().any(|run| run.x + run.width == line.x2)
+        })
+        .collect();
+    // Outer overlines first.
+    over.sort_by_key(|line| line.y1);
+    let mut text = String::new();
+    for run in runs {
+        over.iter().filter(|line| line.x1 == run.x).for_each(|_| text.push_str("(not ("));
+        text.push_str(&run.text);
+        over.iter().filter(|line| line.x2 == run.x + run.width).for_each(|_| text.push_str("))"));
+    }
+    Text { x: first.x, y: first.y, width: end - first.x, text, class: first.class.clone() }
+}
