@@ -95,7 +95,12 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("split", 2, 1, "large.graf --part chip=gal16v8 --part cpu=atmega328p --place n=chip -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16v8 -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16w8 --part cpu=atmega328p -o out"),
-    ("split", 3, 2, "good.graf --part chip=gal16v8 --part cpu=atmega328p --place nobody=chip -o out"),
+    (
+        "split",
+        3,
+        2,
+        "good.graf --part chip=gal16v8 --part cpu=atmega328p --place nobody=chip -o out",
+    ),
     ("split", 4, 2, "missing.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 5, 2, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o good.graf/out"),
     ("sim", 0, 0, "good.graf --stimulus good.csv"),

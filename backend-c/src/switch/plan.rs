@@ -13,8 +13,8 @@ use crate::refusal::{Refusal, refuse};
 use competition::competition;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind, StmtKind,
-    Transition, TransitionId, TransitionKind, Var, VarId,
+    Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind,
+    StmtKind, Transition, TransitionId, TransitionKind, Var, VarId,
 };
 use grafsynth_ir::plan::{Needs, following, is_over_inputs, urgency};
 use grafsynth_ir::walk::{expressions, statements};

@@ -162,12 +162,10 @@ const PLCC84: Package = Package {
     jtag: &[14, 23, 62, 71],
 };
 
+/// A device. Its names are those here, in PALASM, of the chip and in CUPL.
 const fn device(
-    name: &'static str,
+    [name, palasm, chip, cupl]: [&'static str; 4],
     aliases: &'static [&'static str],
-    palasm: &'static str,
-    chip: &'static str,
-    cupl: &'static str,
     package: &Package,
     macrocells: &'static [Macrocell],
     blocks: &'static Blocks,
@@ -201,61 +199,43 @@ const fn device(
 }
 
 const ATF1502_PLCC44: Device = device(
-    "atf1502-plcc44",
+    ["atf1502-plcc44", "ATF1502PLCC44", "ATF1502AS", "f1502ispplcc44"],
     &["atf1502", "atf1502as", "atf1502asl", "atf1502asv", "f1502plcc44"],
-    "ATF1502PLCC44",
-    "ATF1502AS",
-    "f1502ispplcc44",
     &PLCC44,
     &OF_1502_PLCC44,
     &TWO,
 );
 const ATF1502_TQFP44: Device = device(
-    "atf1502-tqfp44",
+    ["atf1502-tqfp44", "ATF1502TQFP44", "ATF1502AS", "f1502isptqfp44"],
     &["f1502tqfp44"],
-    "ATF1502TQFP44",
-    "ATF1502AS",
-    "f1502isptqfp44",
     &TQFP44,
     &OF_1502_TQFP44,
     &TWO,
 );
 const ATF1504_PLCC44: Device = device(
-    "atf1504-plcc44",
+    ["atf1504-plcc44", "ATF1504PLCC44", "ATF1504AS", "f1504ispplcc44"],
     &["atf1504", "atf1504as", "atf1504asl", "atf1504asv", "f1504plcc44"],
-    "ATF1504PLCC44",
-    "ATF1504AS",
-    "f1504ispplcc44",
     &PLCC44,
     &OF_1504_PLCC44,
     &FOUR,
 );
 const ATF1504_TQFP44: Device = device(
-    "atf1504-tqfp44",
+    ["atf1504-tqfp44", "ATF1504TQFP44", "ATF1504AS", "f1504isptqfp44"],
     &["f1504tqfp44"],
-    "ATF1504TQFP44",
-    "ATF1504AS",
-    "f1504isptqfp44",
     &TQFP44,
     &OF_1504_TQFP44,
     &FOUR,
 );
 const ATF1504_PLCC84: Device = device(
-    "atf1504-plcc84",
+    ["atf1504-plcc84", "ATF1504PLCC84", "ATF1504AS", "f1504ispplcc84"],
     &["f1504plcc84"],
-    "ATF1504PLCC84",
-    "ATF1504AS",
-    "f1504ispplcc84",
     &PLCC84,
     &OF_1504_PLCC84,
     &FOUR,
 );
 const ATF1508_PLCC84: Device = device(
-    "atf1508-plcc84",
+    ["atf1508-plcc84", "ATF1508PLCC84", "ATF1508AS", "f1508ispplcc84"],
     &["atf1508", "atf1508as", "atf1508asl", "atf1508asv", "f1508plcc84"],
-    "ATF1508PLCC84",
-    "ATF1508AS",
-    "f1508ispplcc84",
     &PLCC84,
     &OF_1508_PLCC84,
     &EIGHT,

@@ -424,7 +424,8 @@ fn is_free(part: &PartNet, whole: &Shape, origin: Origin) -> bool {
     !whole.older.contains(&(a.min(b), a.max(b)))
 }
 
-/// The piece of the net's state that a piece of a part's state copies, and whether it is inverted.
+/// The piece of the net's state that a piece of a part's state copies, and whether it is inverted. A piece without one leaves the answer open.
+#[allow(clippy::wildcard_enum_match_arm, reason = "a forgotten piece leaves the answer open")]
 fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
     let step = |id: StepId| part.steps[id];
     let old = match origin {
