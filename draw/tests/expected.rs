@@ -190,11 +190,11 @@ impl Vocabulary {
         let text = self.words(drawn);
         let design = self.parse(&format!("step a_ \n step b_\n a_ -> b_ when {text}"))?;
         let items = design.charts.into_iter().flat_map(|chart| chart.items);
-        let guard = items.filter_map(|item| match item {
+        let mut guard = items.filter_map(|item| match item {
             Item::Transition(one) => one.guard,
             _ => None,
         });
-        guard.last().ok_or_else(|| format!("no condition in {text}"))
+        guard.next_back().ok_or_else(|| format!("no condition in {text}"))
     }
 
     /// The signs of a drawing in the chart language.
@@ -218,10 +218,9 @@ impl Vocabulary {
                         // `3s/Xp` is the time of the step, `Xp` its activity.
                         let time = out.strip_suffix('/').map(str::to_owned);
                         let digits = |text: &str| {
-                            let at = text.rfind(|c: char| !is_word(c)).map_or(0, |at| {
+                            text.rfind(|c: char| !is_word(c)).map_or(0, |at| {
                                 at + text[at..].chars().next().map_or(1, char::len_utf8)
-                            });
-                            at
+                            })
                         };
                         match time {
                             Some(before) => {
@@ -341,7 +340,8 @@ fn time(ns: u64) -> String {
         (1000, "us"),
         (1, "ns"),
     ];
-    let unit = units.iter().find(|(size, _)| ns % size == 0).unwrap();
+    let unit =
+        units.iter().find(|(size, _)| ns.is_multiple_of(*size)).expect("a unit of one nanosecond");
     format!("{}{}", ns / unit.0, unit.1)
 }
 

@@ -1,6 +1,7 @@
 //! Random charts: nested sequences, alternatives, parallels and loops, half of them with links that fit no structure.
 
 use std::fmt::Write as _;
+use std::slice::from_ref;
 
 struct Chart {
     random: u64,
@@ -123,7 +124,7 @@ impl Chart {
         match if depth == 0 { 0 } else { self.below(5) } {
             0 | 1 => {
                 let next = self.step();
-                self.transition(&[from], &[next.clone()]);
+                self.transition(&[from], from_ref(&next));
                 if depth > 1 { self.block(&next, depth - 1) } else { next }
             }
             2 => {
@@ -131,13 +132,13 @@ impl Chart {
                 let end = self.step();
                 for _ in 0..n {
                     if self.below(4) == 0 {
-                        self.transition(&[from.clone()], &[end.clone()]);
+                        self.transition(from_ref(&from), from_ref(&end));
                         continue;
                     }
                     let first = self.step();
-                    self.transition(&[from.clone()], &[first.clone()]);
+                    self.transition(from_ref(&from), from_ref(&first));
                     let last = self.block(&first, depth - 1);
-                    self.transition(&[last], &[end.clone()]);
+                    self.transition(&[last], from_ref(&end));
                 }
                 end
             }
@@ -148,16 +149,16 @@ impl Chart {
                 let lasts: Vec<String> =
                     firsts.iter().map(|it| self.block(it, depth - 1)).collect();
                 let end = self.step();
-                self.transition(&lasts, &[end.clone()]);
+                self.transition(&lasts, from_ref(&end));
                 end
             }
             _ => {
                 let first = self.step();
-                self.transition(&[from], &[first.clone()]);
+                self.transition(&[from], from_ref(&first));
                 let last = self.block(&first, depth - 1);
                 let end = self.step();
-                self.transition(&[last.clone()], &[first]);
-                self.transition(&[last], &[end.clone()]);
+                self.transition(from_ref(&last), &[first]);
+                self.transition(&[last], from_ref(&end));
                 end
             }
         }

@@ -11,11 +11,11 @@ use grafsynth_ir::chart::Design;
 pub(crate) fn parsed(text: &str) -> Design {
     let parsed = graf::parse(FileId(0), text);
     assert!(parsed.diagnostics.iter().all(|it| !it.is_error()), "{:?}\n{text}", parsed.diagnostics);
-    parsed.design.unwrap()
+    parsed.design.expect("it is there")
 }
 
 fn drawn(design: &Design, words: bool) -> String {
-    svg(&layout(design, &Options { chart: None, words }).unwrap())
+    svg(&layout(design, &Options { chart: None, words }).expect("it is there"))
 }
 
 /// Why a drawing is not the drawing of the chart.
@@ -105,7 +105,7 @@ fn understood(read: &Region, vocabulary: &Vocabulary, expected: &Region) -> Resu
 
 /// Everything that must not be in a drawing: overlapping boxes or texts, two links on one line, links through texts.
 fn flaws(svg: &str) -> Option<String> {
-    let Shapes { boxes, links, texts, .. } = reader::shapes(svg).unwrap();
+    let Shapes { boxes, links, texts, .. } = reader::shapes(svg).expect("it is there");
     for (index, one) in boxes.iter().enumerate() {
         if let Some(other) = boxes[..index].iter().find(|other| !one.is_apart(other, 2)) {
             return Some(format!("boxes {one:?} {other:?}"));
@@ -164,12 +164,12 @@ fn check(text: &str) {
 fn examples() -> Vec<String> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
     let mut all = Vec::new();
-    for folder in std::fs::read_dir(root).unwrap() {
-        let Ok(files) = std::fs::read_dir(folder.unwrap().path()) else { continue };
+    for folder in std::fs::read_dir(root).expect("it is there") {
+        let Ok(files) = std::fs::read_dir(folder.expect("it is there").path()) else { continue };
         for file in files {
-            let path = file.unwrap().path();
+            let path = file.expect("it is there").path();
             if path.extension().is_some_and(|it| it == "graf") {
-                all.push(std::fs::read_to_string(path).unwrap());
+                all.push(std::fs::read_to_string(path).expect("it is there"));
             }
         }
     }
@@ -258,5 +258,5 @@ fn hostile_texts_stay_texts() {
     );
     let svg = drawn(&design, false);
     assert!(!svg.contains("<script") && !svg.contains('\u{202E}'));
-    assert_eq!(reader::read(&svg).unwrap().steps.len(), 2);
+    assert_eq!(reader::read(&svg).expect("it is there").steps.len(), 2);
 }

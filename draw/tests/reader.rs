@@ -238,7 +238,7 @@ impl Reader {
 
     /// Takes the line of text that `is_it` describes.
     fn take(&mut self, is_it: impl Fn(&Text) -> bool) -> Option<Text> {
-        let index = self.lines.iter().position(|line| is_it(line))?;
+        let index = self.lines.iter().position(is_it)?;
         if !self.used.insert(index) {
             return None;
         }
