@@ -49,7 +49,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 29_380),
     ("code lines of ir", 20_430),
     ("code lines of driver", 11_850),
-    ("code lines of all crates", 159_380),
+    ("code lines of all crates", 159_540),
     ("functions above 80 lines", 96),
     ("circles of files", 0),
     ("lines that list variants", 586),
