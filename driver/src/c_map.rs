@@ -132,7 +132,7 @@ enum Held {
     /// A chart by its number in the net: it has ended.
     Ended(u32),
     /// An output, and the chart that ended with it, by their numbers in the net.
-    HeldOutput(u32, u32),
+    KeptOutput(u32, u32),
     InternalQueue(u32),
     InternalLength,
     ExternalQueue(u32),
@@ -352,7 +352,7 @@ fn held(net: &Net, holds: &Holds) -> Option<Held> {
             Origin::SendTimer(id) => Held::SendTimer(net.sends[id].name.text.clone()),
             Origin::Ended(id) => Held::Ended(number(id.index())),
             Origin::HeldOutput(output, part) => {
-                Held::HeldOutput(number(output.index()), number(part.index()))
+                Held::KeptOutput(number(output.index()), number(part.index()))
             }
             Origin::InternalQueue => Held::InternalQueue(*element),
             Origin::InternalLength => Held::InternalLength,
@@ -470,7 +470,7 @@ impl Names<'_> {
             }
             Held::SendTimer(name) => Origin::SendTimer(self.send(name)?),
             Held::Ended(number) => Origin::Ended(self.part(*number)?),
-            Held::HeldOutput(output, part) => {
+            Held::KeptOutput(output, part) => {
                 let output = numbered("output", *output, self.net.outputs.ids())?;
                 Origin::HeldOutput(output, self.part(*part)?)
             }

@@ -490,7 +490,7 @@ fn as_many_rounds_as_proved_and_no_fewer() {
         emergency: false,
         ..Features::everything()
     };
-    let limits = Limits { pairs: 3_000, states: 300, ..Limits::default() };
+    let limits = Limits { pairs: 3_000, states: 300, image_work: 1, ..Limits::default() };
     let (mut n_proved, mut n_refuted) = (0, 0);
     for seed in 0..total {
         let net = random_net(seed, &features);

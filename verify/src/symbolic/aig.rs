@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
 use grafsynth_logic::bdd::{Bdd, Full, Ref};
@@ -66,17 +67,56 @@ enum Node {
     And(Lit, Lit),
 }
 
+/// A hash of two literals: fast, and the same in each run.
+#[derive(Default)]
+struct PairHash(u64);
+
+impl Hasher for PairHash {
+    fn finish(&self) -> u64 {
+        self.0 ^ self.0 >> 29
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.write_u32(u32::from(*byte)));
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        self.0 = (self.0.rotate_left(23) ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+}
+
+/// Values of nodes of a graph; those of all others are undefined.
+pub(super) struct OfNodes<T> {
+    place: Vec<u32>,
+    values: Vec<T>,
+}
+
+impl<T: Copy> OfNodes<T> {
+    pub(super) fn new(aig: &Aig) -> Self {
+        OfNodes { place: vec![0; aig.len()], values: Vec::new() }
+    }
+
+    pub(super) fn insert(&mut self, node: usize, value: T) {
+        self.place[node] = self.values.len() as u32;
+        self.values.push(value);
+    }
+
+    pub(super) fn get(&self, node: usize) -> T {
+        self.values[self.place[node] as usize]
+    }
+}
+
 /// The graph.
 #[derive(Debug, Clone)]
 pub(crate) struct Aig {
     nodes: Vec<Node>,
-    table: IndexMap<(Lit, Lit), Lit>,
+    table: IndexMap<(Lit, Lit), Lit, BuildHasherDefault<PairHash>>,
     spent: Cell<u64>,
 }
 
 impl Aig {
     pub(crate) fn new() -> Self {
-        Aig { nodes: vec![Node::Constant], table: IndexMap::new(), spent: Cell::new(0) }
+        Aig { nodes: vec![Node::Constant], table: IndexMap::default(), spent: Cell::new(0) }
     }
 
     /// The number of clauses that all solver queries so far have learnt.
@@ -227,29 +267,26 @@ impl Aig {
     /// The nodes below a literal, operands first, including variables.
     pub(super) fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
         let mut order = Vec::new();
-        let mut mark: IndexMap<usize, bool> = IndexMap::new();
+        // 0: not seen yet, 1: its operands come first, 2: in the order.
+        let mut mark = vec![0_u8; self.nodes.len()];
+        let mut n_marked = 0;
         let mut todo: Vec<usize> = roots.iter().map(|root| root.node()).collect();
         while let Some(&node) = todo.last() {
-            match mark.get(&node) {
-                Some(true) => {
-                    todo.pop();
+            if mark[node] == 0 {
+                mark[node] = 1;
+                n_marked += 1;
+                if n_marked > limit {
+                    return None;
                 }
-                Some(false) => {
-                    todo.pop();
-                    mark.insert(node, true);
-                    order.push(node);
+                if let Node::And(a, b) = self.nodes[node] {
+                    todo.extend([a.node(), b.node()].iter().filter(|below| mark[**below] == 0));
                 }
-                None => {
-                    mark.insert(node, false);
-                    if mark.len() > limit {
-                        return None;
-                    }
-                    if let Node::And(a, b) = self.nodes[node] {
-                        todo.extend(
-                            [a.node(), b.node()].iter().filter(|below| !mark.contains_key(*below)),
-                        );
-                    }
-                }
+                continue;
+            }
+            todo.pop();
+            if mark[node] == 1 {
+                mark[node] = 2;
+                order.push(node);
             }
         }
         Some(order)
@@ -309,9 +346,8 @@ impl Aig {
     pub(crate) fn substitute(&mut self, roots: &[Lit], instead: &IndexMap<Lit, Lit>) -> Vec<Lit> {
         // A cone is never larger than the graph.
         let Some(cone) = self.cone(roots, usize::MAX) else { return roots.to_vec() };
-        let mut made: IndexMap<usize, Lit> = IndexMap::new();
-        let read =
-            |made: &IndexMap<usize, Lit>, lit: Lit| made[&lit.node()].negate_if(lit.is_negated());
+        let mut made: OfNodes<Lit> = OfNodes::new(self);
+        let read = |made: &OfNodes<Lit>, lit: Lit| made.get(lit.node()).negate_if(lit.is_negated());
         for node in cone {
             let own = Lit((node as u32) << 1);
             let lit = match self.nodes[node] {
@@ -349,8 +385,8 @@ impl Aig {
         cone: &[usize],
         level: impl Fn(Lit) -> u32,
         bdd: &mut Bdd,
-    ) -> Result<IndexMap<usize, Ref>, Full> {
-        let mut made: IndexMap<usize, Ref> = IndexMap::new();
+    ) -> Result<OfNodes<Ref>, Full> {
+        let mut made: OfNodes<Ref> = OfNodes::new(self);
         for node in cone {
             let function = match self.nodes[*node] {
                 Node::Constant => Ref::FALSE,
@@ -369,7 +405,8 @@ impl Aig {
     /// The variables that each of the functions structurally depends on. `None` if the sets need more than `limit` words of 64 bits.
     pub(crate) fn supports(&self, roots: &[Lit], limit: usize) -> Option<Vec<Vec<Lit>>> {
         let cone = self.cone(roots, limit)?;
-        let place: IndexMap<usize, usize> = cone.iter().copied().zip(0..).collect();
+        let mut place: OfNodes<usize> = OfNodes::new(self);
+        cone.iter().zip(0..).for_each(|(node, at)| place.insert(*node, at));
         let variables: Vec<usize> = cone
             .iter()
             .copied()
@@ -389,7 +426,7 @@ impl Aig {
                     n_seen += 1;
                 }
                 Node::And(a, b) => {
-                    for below in [place[&a.node()], place[&b.node()]] {
+                    for below in [place.get(a.node()), place.get(b.node())] {
                         for word in 0..width {
                             words[at * width + word] |= words[below * width + word];
                         }
@@ -398,7 +435,7 @@ impl Aig {
             }
         }
         let of = |root: &Lit| {
-            let at = place[&root.node()] * width;
+            let at = place.get(root.node()) * width;
             (0..variables.len())
                 .filter(|bit| words[at + bit / 64] >> (bit % 64) & 1 == 1)
                 .map(|bit| Lit((variables[bit] as u32) << 1))
@@ -447,9 +484,10 @@ impl Aig {
             .filter(|node| matches!(self.nodes[*node], Node::Variable))
             .collect();
         variables.sort_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
-        let level: IndexMap<usize, u32> = variables.into_iter().zip(0..).collect();
+        let mut level: OfNodes<u32> = OfNodes::new(self);
+        variables.into_iter().zip(0..).for_each(|(node, at)| level.insert(node, at));
         let mut bdd = Bdd::with_limit(node_limit);
-        let made = self.cone_diagrams(&cone, |lit| level[&lit.node()], &mut bdd).ok()?;
+        let made = self.cone_diagrams(&cone, |lit| level.get(lit.node()), &mut bdd).ok()?;
         let read = |bdd: &mut Bdd, lit: Lit| read_diagram(bdd, &made, lit);
         // The query itself comes first: often the assumptions are not needed.
         let mut rest = Ref::TRUE;
@@ -488,11 +526,11 @@ impl Aig {
         let cone = self.cone(&roots, 200_000)?;
         let mut solver: Solver<Budget> =
             Solver::new(SolverOpts::default(), Budget { learnt: 0, limit: conflicts });
-        let mut vars: IndexMap<usize, batsat::Var> = IndexMap::new();
+        let mut vars: OfNodes<batsat::Var> = OfNodes::new(self);
         for node in &cone {
             vars.insert(*node, solver.new_var_default());
         }
-        let sat = |lit: Lit| SatLit::new(vars[&lit.node()], !lit.is_negated());
+        let sat = |lit: Lit| SatLit::new(vars.get(lit.node()), !lit.is_negated());
         let mut clause = Vec::new();
         let mut add = |solver: &mut Solver<Budget>, lits: &[SatLit]| {
             clause.clear();
@@ -500,7 +538,7 @@ impl Aig {
             solver.add_clause_reuse(&mut clause)
         };
         for node in &cone {
-            let own = SatLit::new(vars[node], true);
+            let own = SatLit::new(vars.get(*node), true);
             match self.nodes[*node] {
                 Node::Constant => {
                     add(&mut solver, &[!own]);
@@ -529,7 +567,7 @@ impl Aig {
         if answer == lbool::TRUE {
             let is_true = |node: &usize| {
                 matches!(self.nodes[*node], Node::Variable)
-                    && solver.value_var(vars[node]) == lbool::TRUE
+                    && solver.value_var(vars.get(*node)) == lbool::TRUE
             };
             Some(Some(
                 cone.iter()
@@ -552,8 +590,8 @@ pub(super) fn word_of(words: &[u64], lit: Lit) -> u64 {
 }
 
 /// The function of a literal whose node was built.
-fn read_diagram(bdd: &mut Bdd, made: &IndexMap<usize, Ref>, lit: Lit) -> Result<Ref, Full> {
-    let node = made[&lit.node()];
+fn read_diagram(bdd: &mut Bdd, made: &OfNodes<Ref>, lit: Lit) -> Result<Ref, Full> {
+    let node = made.get(lit.node());
     if lit.is_negated() { bdd.not(node) } else { Ok(node) }
 }
 

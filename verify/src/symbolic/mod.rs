@@ -17,6 +17,7 @@ mod aig;
 mod asserts;
 pub mod c;
 mod codes;
+mod cofactor;
 mod composed;
 mod division;
 mod dominance;

@@ -1,6 +1,7 @@
 //! Answers to the questions of an attempt, by construction or by the solver.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
@@ -11,18 +12,33 @@ use super::question::{Check, Question};
 use crate::limits::Limits;
 use crate::symbolic::CONE;
 use crate::symbolic::aig::{Aig, Lit};
+use crate::symbolic::cofactor::Residue;
 
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
 const ALL_NODES: usize = 400_000;
-/// The maximum number of nodes of the graph in all cases of a question, and of all questions of a proof.
-const SPLIT_NODES: usize = 400_000;
-const ALL_SPLIT_NODES: usize = 6_000_000;
+/// The maximum number of nodes of the graph in what is left of a question in all its cases, and of all questions of a proof.
+pub(super) const SPLIT_NODES: usize = 400_000;
+const ALL_SPLIT_NODES: usize = 1_000_000;
 /// The conflicts in one case of a question.
 const FEW_CONFLICTS: u64 = 500;
 /// The maximum number of steps whose pairs are all examined, and of situations that are searched for these pairs.
 const MAX_PAIRED: usize = 200;
 const MAX_SITUATIONS: usize = 5_000;
+
+/// The cases of a component: its steps as variables, and for each case the one that is active, or [`Lit::FALSE`] for none.
+struct Cases {
+    variables: Vec<Lit>,
+    active: Vec<Lit>,
+}
+
+/// A check split into the cases of a component.
+pub(super) struct Split {
+    pub(super) component: usize,
+    cases: Rc<Cases>,
+    /// What is left of the check; `None` if it was not split.
+    residue: Option<Residue>,
+}
 
 impl Attempt<'_> {
     /// The component with the most steps that a question depends on.
@@ -45,6 +61,11 @@ impl Attempt<'_> {
         best.map(|(component, _)| component)
     }
 
+    /// The number of nodes of the condition of a check, at most [`CONE`].
+    pub(super) fn size(&self, check: &Check) -> usize {
+        self.program.aig.size(check.broken, CONE).unwrap_or(CONE)
+    }
+
     /// Shows that the condition of a check is never true; otherwise returns the reason.
     pub(super) fn settle(
         &mut self,
@@ -57,8 +78,7 @@ impl Attempt<'_> {
             total.same += 1;
             return None;
         }
-        let size = self.program.aig.size(check.broken, CONE);
-        total.work = total.work.saturating_add(size.unwrap_or(CONE));
+        total.work = total.work.saturating_add(self.size(check));
         if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
             return Some("the solver reached its limit for all questions together".to_owned());
         }
@@ -80,49 +100,74 @@ impl Attempt<'_> {
         }
     }
 
-    /// True if the condition of a check is never true in any of the cases of a component: in each of them, its steps are constants in the condition. False also if
-    /// the limits are reached.
-    pub(super) fn settle_by_cases(
-        &mut self,
-        check: &Check,
-        component: usize,
-        total: &mut Induction,
-    ) -> bool {
-        let facts = self.of.facts;
-        let Some(data) = facts.components.get(component) else { return false };
-        let size = self.program.aig.size(check.broken, CONE).unwrap_or(CONE);
-        let nodes = size.saturating_mul(data.steps.len() + 1);
-        total.split = total.split.saturating_add(nodes);
-        if nodes > SPLIT_NODES || total.split > ALL_SPLIT_NODES {
-            return false;
+    /// What is left of the checks in the cases of the component that each depends on most: in each case, the steps of the component are constants. Nothing for a
+    /// check without a component, and if the work is too much.
+    pub(super) fn splits(&mut self, checks: &[Check]) -> Vec<Option<Split>> {
+        let mut of_component: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (at, check) in checks.iter().enumerate() {
+            if let Some(component) = self.component(check) {
+                of_component.entry(component).or_default().push(at);
+            }
         }
-        let own: Vec<Lit> = data.steps.iter().map(|it| self.state.active[it.index()]).collect();
+        let mut splits: Vec<Option<Split>> = checks.iter().map(|_| None).collect();
+        for (component, numbers) in of_component {
+            let Some(cases) = self.cases_of(component).map(Rc::new) else { continue };
+            let roots: Vec<Lit> = numbers.iter().map(|at| checks[*at].broken).collect();
+            let all = self.program.aig.residues(&roots, &cases.variables, &cases.active);
+            let mut all = all.into_iter().flatten();
+            for at in numbers {
+                splits[at] = Some(Split { component, cases: cases.clone(), residue: all.next() });
+            }
+        }
+        splits
+    }
+
+    /// The cases of a component; `None` for an unknown component.
+    fn cases_of(&self, component: usize) -> Option<Cases> {
+        let data = self.of.facts.components.get(component)?;
+        let own = data.steps.iter().map(|it| self.state.active[it.index()]);
         // A step that is never active is constant; all others are variables.
-        if own.iter().any(|lit| *lit != Lit::FALSE && !self.model.name_of.contains_key(lit)) {
-            return false;
-        }
-        let limits = Limits { conflicts: FEW_CONFLICTS, ..self.of.limits.clone() };
-        let mut active: Vec<Lit> = own.iter().copied().filter(|it| *it != Lit::FALSE).collect();
-        let variables = active.clone();
+        let variables: Vec<Lit> = own.filter(|lit| *lit != Lit::FALSE).collect();
+        let mut active = variables.clone();
         if !data.always {
             active.push(Lit::FALSE);
         }
-        for active in active {
-            let is_active = |lit: &Lit| Lit::constant(*lit == active);
-            let instead = variables.iter().map(|lit| (*lit, is_active(lit))).collect();
-            let broken = self.program.aig.substitute(&[check.broken], &instead);
-            let Some(broken) = broken.first().copied() else { return false };
-            if broken == Lit::FALSE {
-                continue;
-            }
-            let size = self.program.aig.size(broken, CONE).unwrap_or(CONE);
-            total.work = total.work.saturating_add(size);
-            if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
+        Some(Cases { variables, active })
+    }
+
+    /// True if what is left of a check is false in each of its cases. False also if the limits are reached, or if there is more left than `most` nodes.
+    pub(super) fn settle_by_cases(
+        &mut self,
+        check: &Check,
+        split: &Split,
+        most: usize,
+        total: &mut Induction,
+    ) -> bool {
+        let Split { cases, residue: Some(residue), .. } = split else { return false };
+        let is_variable = |lit: &Lit| self.model.name_of.contains_key(lit);
+        if !cases.variables.iter().all(is_variable) {
+            return false;
+        }
+        let mut left = 0_usize;
+        for (_, broken) in residue {
+            left = left.saturating_add(self.program.aig.size(*broken, CONE).unwrap_or(CONE));
+            if left > most {
                 return false;
             }
+        }
+        total.split = total.split.saturating_add(left);
+        if total.split > ALL_SPLIT_NODES {
+            return false;
+        }
+        let limits = Limits { conflicts: FEW_CONFLICTS, ..self.of.limits.clone() };
+        for (case, broken) in residue {
+            if self.program.aig.spent() > ALL_CONFLICTS {
+                return false;
+            }
+            let active = cases.active[*case];
             let case: Vec<Lit> =
-                variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
-            let answer = self.with_model(|this| this.satisfiable(broken, &case, &limits));
+                cases.variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
+            let answer = self.with_model(|this| this.satisfiable(*broken, &case, &limits));
             if !matches!(answer, Some(None)) {
                 return false;
             }

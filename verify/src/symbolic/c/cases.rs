@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::net::{Input, InputKind, Net};
 
 use super::Induction;
+use super::answers::SPLIT_NODES;
 use super::attempt::Attempt;
-use super::question::{Focus, Question, Subject};
+use super::question::{Check, Focus, Question, Subject};
 use crate::limits::Limits;
-use crate::symbolic::aig::Lit;
 
 /// The limits of one question: the conflicts of the solver if the question can still be split into cases, the conflicts otherwise, the nodes of a decision
 /// diagram, and the nodes of the graph of a reaction. Most questions need no solver; one that needs much work will probably not end.
@@ -99,29 +99,30 @@ impl Subject<'_> {
         };
         let checks = attempt.reaction(only.is_none_or(|only| only.iter().any(is_of_query)))?;
         let mut open: BTreeMap<usize, BTreeSet<Question>> = BTreeMap::new();
-        for check in checks {
-            if only.is_some_and(|only| !only.contains(&check.question)) {
-                continue;
-            }
-            let component = if focus.is_none() { attempt.component(&check) } else { None };
-            let conflicts = self.limits.conflicts;
-            let conflicts =
-                if component.is_some() { conflicts.min(FEW_CONFLICTS) } else { conflicts };
-            let is_late = component.is_some() && total.work > FEW_NODES;
-            let settled = check.broken == Lit::FALSE || !is_late;
-            let why = match settled {
-                true => attempt.settle(&check, conflicts, total),
-                false => Some(String::new()),
-            };
-            let Some(why) = why else { continue };
-            match component {
-                Some(component) => {
-                    if attempt.settle_by_cases(&check, component, total) {
-                        continue;
-                    }
-                    open.entry(component).or_default().insert(check.question);
+        let checks: Vec<Check> = checks
+            .into_iter()
+            .filter(|check| only.is_none_or(|only| only.contains(&check.question)))
+            .collect();
+        let mut splits = match focus {
+            None => attempt.splits(&checks),
+            Some(_) => Vec::new(),
+        };
+        splits.resize_with(checks.len(), || None);
+        for (check, split) in checks.iter().zip(splits) {
+            let Some(split) = split else {
+                match attempt.settle(check, self.limits.conflicts, total) {
+                    Some(why) => return Err(why),
+                    None => continue,
                 }
-                None => return Err(why),
+            };
+            // If the cases leave little, that is faster than a search over all of them.
+            let small = attempt.size(check);
+            let conflicts = self.limits.conflicts.min(FEW_CONFLICTS);
+            let is_settled = attempt.settle_by_cases(check, &split, small, total)
+                || total.work <= FEW_NODES && attempt.settle(check, conflicts, total).is_none()
+                || attempt.settle_by_cases(check, &split, SPLIT_NODES, total);
+            if !is_settled {
+                open.entry(split.component).or_default().insert(check.question.clone());
             }
         }
         Ok(open)
