@@ -418,7 +418,7 @@ pub(crate) fn net(seed: u64) -> Net {
                 2 => PlacedItem::Transition(r.id()),
                 _ => PlacedItem::Output(r.id()),
             },
-            side: r.pick(&[Side::Chip, Side::Cpu]),
+            part: name(r),
             span: Span::default(),
         }),
         board: Board { device: r.maybe(name), pins: r.many(2, |r| (name(r), r.number())) },

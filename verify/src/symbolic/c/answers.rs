@@ -1,6 +1,6 @@
 //! Answers to the questions of an attempt, by construction or by the solver.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use grafsynth_ir::net::StepId;
