@@ -8,7 +8,9 @@
 //! Everything here is a pure function. `grafsynth-verify` proves that the parts, joined by their wires, are the net; it shares no code with this crate.
 
 pub mod codes;
+pub mod cpu;
 pub mod divide;
+pub mod link;
 pub mod together;
 
 pub use divide::divide;
