@@ -58,18 +58,28 @@ impl fmt::Display for Breach {
             write!(f, "act {}: ", at + 1)?;
         }
         match self.why {
-            Why::Parts => f.write_str("the division does not have one part for each chip and one for the CPU"),
+            Why::Parts => {
+                f.write_str("the division does not have one part for each chip and one for the CPU")
+            }
             Why::PinTwice(end) => write!(f, "{end} is connected twice"),
             Why::Open(end) => write!(f, "{end} is not connected"),
             Why::Direction(end) => write!(f, "{end} has the wrong direction"),
-            Why::Label(at) => write!(f, "connection {} does not carry what it is said to carry", at + 1),
+            Why::Label(at) => {
+                write!(f, "connection {} does not carry what it is said to carry", at + 1)
+            }
             Why::Unknown => f.write_str("there is no such connection or object"),
             Why::Again => f.write_str("the act was already done in this round"),
             Why::Early => f.write_str("the act comes too early"),
             Why::Late => f.write_str("the act comes too late"),
             Why::Unsettled(at) => write!(f, "connection {} is read before it has settled", at + 1),
-            Why::CpuInput(input) => write!(f, "input {} of the CPU does not have its value of this round", input.index() + 1),
-            Why::ChipInput(end) => write!(f, "{end} does not have its value of this round at the clock"),
+            Why::CpuInput(input) => write!(
+                f,
+                "input {} of the CPU does not have its value of this round",
+                input.index() + 1
+            ),
+            Why::ChipInput(end) => {
+                write!(f, "{end} does not have its value of this round at the clock")
+            }
             Why::Missing => f.write_str("the round is not complete"),
         }
     }
@@ -139,7 +149,11 @@ struct Run<'l> {
 }
 
 impl<'l> Run<'l> {
-    fn new(connections: &'l [Connection], division: &'l Division, chips: &[ChipPins]) -> Result<Self, Why> {
+    fn new(
+        connections: &'l [Connection],
+        division: &'l Division,
+        chips: &[ChipPins],
+    ) -> Result<Self, Why> {
         let cpu = chips.len();
         if division.parts.len() != cpu + 1 {
             return Err(Why::Parts);
@@ -154,8 +168,13 @@ impl<'l> Run<'l> {
                 }
             }
             let drives = one.from.part == cpu;
-            let value = if drives { Value::Old } else { *shown.get(&one.from).ok_or(Why::Direction(one.from))? };
-            let is_reader = |end: &&End| if end.part == cpu { !drives } else { wanted.contains_key(end) };
+            let value = if drives {
+                Value::Old
+            } else {
+                *shown.get(&one.from).ok_or(Why::Direction(one.from))?
+            };
+            let is_reader =
+                |end: &&End| if end.part == cpu { !drives } else { wanted.contains_key(end) };
             if let Some(end) = one.to.iter().find(|end| !is_reader(end)) {
                 return Err(Why::Direction(*end));
             }
@@ -240,7 +259,9 @@ impl<'l> Run<'l> {
             Put::Output(output) => {
                 let mut shown = self.division.parts[self.cpu].outputs.iter();
                 match shown.find(|(id, _)| *id == output) {
-                    Some((_, Shown::Fires(transition))) => (Value::Fires(*transition), self.has_reacted),
+                    Some((_, Shown::Fires(transition))) => {
+                        (Value::Fires(*transition), self.has_reacted)
+                    }
                     Some((_, Shown::Output(_))) | None => return Err(Why::Unknown),
                 }
             }
@@ -276,7 +297,9 @@ impl<'l> Run<'l> {
     /// The pins on which the wires of a chip depend, with what they must carry.
     fn followed(&self, chip: PartIndex) -> impl Iterator<Item = (End, Value)> + '_ {
         let of_chip = self.wanted.iter().filter(move |(end, _)| end.part == chip);
-        of_chip.filter(|(_, value)| matches!(value, Value::Input(..) | Value::Tick)).map(|(end, value)| (*end, *value))
+        of_chip
+            .filter(|(_, value)| matches!(value, Value::Input(..) | Value::Tick))
+            .map(|(end, value)| (*end, *value))
     }
 
     fn settle(&mut self) {
@@ -284,7 +307,9 @@ impl<'l> Run<'l> {
         let ready: Vec<bool> = (self.connections.iter())
             .map(|one| {
                 one.from.part == self.cpu
-                    || self.followed(one.from.part).all(|(end, value)| self.value_at(end) == Some(value))
+                    || self
+                        .followed(one.from.part)
+                        .all(|(end, value)| self.value_at(end) == Some(value))
             })
             .collect();
         for (is_settled, ready) in self.is_settled.iter_mut().zip(ready) {
@@ -369,7 +394,8 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
             }
             match signal.object {
                 Object::Input(input) => {
-                    let (_, source) = net.inputs.iter().find(|(id, _)| *id == input).ok_or(Why::Unknown)?;
+                    let (_, source) =
+                        net.inputs.iter().find(|(id, _)| *id == input).ok_or(Why::Unknown)?;
                     let value = match *source {
                         Source::Input(input) => Value::Input(input, signal.bit),
                         Source::Fires(transition) => Value::Fires(transition),
@@ -377,7 +403,8 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
                     wanted.insert(end, value);
                 }
                 Object::Output(output) => {
-                    let (_, meaning) = net.outputs.iter().find(|(id, _)| *id == output).ok_or(Why::Unknown)?;
+                    let (_, meaning) =
+                        net.outputs.iter().find(|(id, _)| *id == output).ok_or(Why::Unknown)?;
                     let value = match *meaning {
                         Shown::Output(output) => Value::Plant(output, signal.bit),
                         Shown::Fires(transition) => Value::Fires(transition),

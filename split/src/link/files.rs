@@ -45,10 +45,16 @@ impl<'l> Text<'l> {
         let used = |act: &Act| match *act {
             Act::Hand { from, .. } => Some(from),
             Act::Put { value: Put::Input { input, .. }, .. } => Some(input),
-            Act::Latch | Act::Put { .. } | Act::Settle | Act::Get { .. } | Act::React | Act::Clock { .. } => None,
+            Act::Latch
+            | Act::Put { .. }
+            | Act::Settle
+            | Act::Get { .. }
+            | Act::React
+            | Act::Clock { .. } => None,
         };
         let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).collect();
-        let members = all.into_iter().map(|id| (id, namer.name(&request.net.inputs[id].name.text))).collect();
+        let members =
+            all.into_iter().map(|id| (id, namer.name(&request.net.inputs[id].name.text))).collect();
         let has_tick = link.acts.iter().any(|act| matches!(act, Act::Put { value: Put::Tick, .. }));
         Text { request, link, members, has_dt: has_tick || request.names.dt.is_some() }
     }
@@ -77,7 +83,9 @@ impl<'l> Text<'l> {
     }
 
     fn struct_of_inputs(&self) -> String {
-        let line = |(id, member): (&InputId, &String)| format!("    {} {member};\n", c_type(self.request.net, *id));
+        let line = |(id, member): (&InputId, &String)| {
+            format!("    {} {member};\n", c_type(self.request.net, *id))
+        };
         self.members.iter().map(line).collect()
     }
 
@@ -103,7 +111,12 @@ impl<'l> Text<'l> {
              void {name}_link_init({});\n\n",
             self.parameters(false)
         );
-        let ticks = if self.link.acts.iter().any(|act| matches!(act, Act::Put { value: Put::Tick, .. })) {
+        let ticks = if self
+            .link
+            .acts
+            .iter()
+            .any(|act| matches!(act, Act::Put { value: Put::Tick, .. }))
+        {
             " A chip\n * counts ticks: call it once per tick with dt 1; dt 0 is a round in which no time passes."
         } else {
             ""
@@ -123,7 +136,10 @@ impl<'l> Text<'l> {
             "/* {name}_link: one round of the parts, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
              #include \"{name}_link.h\"\n#include \"{name}_link_pins.h\"\n\n"
         );
-        text += &format!("void {name}_link_init({})\n{{\n    {upper}_LINK_PINS_INIT();\n    {upper}_LINK_WAIT_CHIPS();\n", self.parameters(false));
+        text += &format!(
+            "void {name}_link_init({})\n{{\n    {upper}_LINK_PINS_INIT();\n    {upper}_LINK_WAIT_CHIPS();\n",
+            self.parameters(false)
+        );
         text += &format!("    {}_init({});\n", cpu.prefix, self.arguments(false));
         for (at, level) in &self.link.start {
             text += &format!("    {upper}_PUT_{}({level});\n", self.link.connections[*at].name);
@@ -164,22 +180,36 @@ impl<'l> Text<'l> {
         let input = |id: InputId| cpu.inputs.get(&id).unwrap_or(&none);
         let pin = |at: usize| self.link.connections.get(at).map_or("", |one| one.name.as_str());
         match act {
-            Act::Latch => self.members.values().map(|name| format!("    latched.{name} = in->{name};\n")).collect(),
-            Act::Hand { from, to } => format!("    cpu_in.{} = latched.{};\n", input(to), member(from)),
+            Act::Latch => self
+                .members
+                .values()
+                .map(|name| format!("    latched.{name} = in->{name};\n"))
+                .collect(),
+            Act::Hand { from, to } => {
+                format!("    cpu_in.{} = latched.{};\n", input(to), member(from))
+            }
             Act::Put { connection, value } => {
                 let value = match value {
-                    Put::Input { input, bit } => bit_of(self.request.net, input, member(input), bit),
+                    Put::Input { input, bit } => {
+                        bit_of(self.request.net, input, member(input), bit)
+                    }
                     Put::Tick => "dt != 0U".to_owned(),
-                    Put::Output(output) => format!("out->{}", cpu.outputs.get(&output).unwrap_or(&none)),
+                    Put::Output(output) => {
+                        format!("out->{}", cpu.outputs.get(&output).unwrap_or(&none))
+                    }
                 };
                 format!("    {upper}_PUT_{}({value});\n", pin(connection))
             }
             Act::Settle => format!("    {upper}_LINK_SETTLE();\n"),
-            Act::Get { connection, to } => format!("    cpu_in.{} = {upper}_GET_{}();\n", input(to), pin(connection)),
+            Act::Get { connection, to } => {
+                format!("    cpu_in.{} = {upper}_GET_{}();\n", input(to), pin(connection))
+            }
             Act::React => format!("    {}_step({});\n", cpu.prefix, self.arguments(true)),
             Act::Clock { connection } => {
                 let pin = pin(connection);
-                format!("    {upper}_PUT_{pin}(true);\n    {upper}_LINK_SETTLE();\n    {upper}_PUT_{pin}(false);\n")
+                format!(
+                    "    {upper}_PUT_{pin}(true);\n    {upper}_LINK_SETTLE();\n    {upper}_PUT_{pin}(false);\n"
+                )
             }
         }
     }
@@ -208,7 +238,11 @@ fn bit_of(net: &Net, input: InputId, member: &str, bit: u32) -> String {
     let Type::Int { lo, .. } = net.inputs[input].ty else { return format!("latched.{member}") };
     // Unsigned arithmetic wraps, so the difference is exact for negative values too.
     let low = lo.rem_euclid(1 << 32);
-    let value = if low == 0 { format!("(uint32_t)latched.{member}") } else { format!("((uint32_t)latched.{member} - (uint32_t)0x{low:x}UL)") };
+    let value = if low == 0 {
+        format!("(uint32_t)latched.{member}")
+    } else {
+        format!("((uint32_t)latched.{member} - (uint32_t)0x{low:x}UL)")
+    };
     format!("(({value} >> {bit}U) & 1U) != 0U")
 }
 

@@ -8,7 +8,9 @@ use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{Expr, InputId, Leaf, Net};
 
-use super::{Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request};
+use super::{
+    Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request,
+};
 use crate::codes;
 use crate::cpu::{Cpu, Pin};
 
@@ -65,7 +67,10 @@ impl Maker<'_> {
         let request = self.request;
         if self.division().parts.len() != self.cpu() + 1 {
             let (parts, chips) = (self.division().parts.len(), self.cpu());
-            self.refuse(format!("{parts} parts need the pins of {} chips, found those of {chips}", parts.saturating_sub(1)));
+            self.refuse(format!(
+                "{parts} parts need the pins of {} chips, found those of {chips}",
+                parts.saturating_sub(1)
+            ));
             return;
         }
         let ends = |pin: &dyn Fn(&super::ChipPins) -> Option<u32>| -> Vec<End> {
@@ -97,13 +102,19 @@ impl Maker<'_> {
             for signal in &chip.signals {
                 let Object::Input(input) = signal.object else { continue };
                 let Some(source) = source(&request.division.parts[part], input) else {
-                    self.refuse(format!("`{}` is not an input of `{}`", signal.name, request.division.parts[part].name));
+                    self.refuse(format!(
+                        "`{}` is not an input of `{}`",
+                        signal.name, request.division.parts[part].name
+                    ));
                     continue;
                 };
                 let Source::Input(input) = source else { continue };
                 let Some(declared) = request.net.inputs.get(input) else { continue };
                 if !declared.kind.is_handed() {
-                    self.refuse(format!("a chip cannot read `{}`, which the CPU computes during its reaction", declared.name.text));
+                    self.refuse(format!(
+                        "a chip cannot read `{}`, which the CPU computes during its reaction",
+                        declared.name.text
+                    ));
                     continue;
                 }
                 ends.entry((input, signal.bit)).or_default().push(End { part, pin: signal.pin });
@@ -127,7 +138,9 @@ impl Maker<'_> {
                 }
                 // A chip whose logic does not depend on the wire has no pin for it.
                 let signals = request.chips.get(*part).map_or(&[][..], |chip| &chip.signals);
-                to.extend(pins_of(signals, Object::Input(*input)).map(|pin| End { part: *part, pin }));
+                to.extend(
+                    pins_of(signals, Object::Input(*input)).map(|pin| End { part: *part, pin }),
+                );
             }
             let carries = Carries::Fires(wire.transition);
             if wire.from == self.cpu() {
@@ -144,7 +157,10 @@ impl Maker<'_> {
                     let name = namer.name(&wire.name);
                     self.connections.push(Connection { name, carries, from, to, pull: None });
                 }
-                None => self.refuse(format!("`{}` has no pin for the wire `{}`", request.division.parts[wire.from].name, wire.name)),
+                None => self.refuse(format!(
+                    "`{}` has no pin for the wire `{}`",
+                    request.division.parts[wire.from].name, wire.name
+                )),
             }
         }
     }
@@ -160,7 +176,13 @@ impl Maker<'_> {
                 let name = bit_name(&declared.name.text, declared.ty.is_bool(), signal.bit);
                 let carries = Carries::Plant { output: *output, bit: signal.bit };
                 let from = End { part, pin: signal.pin };
-                self.connections.push(Connection { name: namer.name(&name), carries, from, to: Vec::new(), pull: None });
+                self.connections.push(Connection {
+                    name: namer.name(&name),
+                    carries,
+                    from,
+                    to: Vec::new(),
+                    pull: None,
+                });
             }
         }
     }
@@ -170,7 +192,10 @@ impl Maker<'_> {
         let mut used: BTreeSet<u32> = BTreeSet::new();
         let mut chosen: BTreeMap<ConnectionIndex, Pin> = BTreeMap::new();
         for (signal, name) in &self.request.wanted {
-            let at = self.connections.iter().position(|one| one.name == *signal && self.end_of_cpu(one).is_some());
+            let at = self
+                .connections
+                .iter()
+                .position(|one| one.name == *signal && self.end_of_cpu(one).is_some());
             match (at, cpu.pin(name)) {
                 (None, _) => self.refuse(format!("the CPU has no connection `{signal}`")),
                 (_, None) => self.refuse(format!("`{}` has no usable pin `{name}`", cpu.name)),
@@ -182,17 +207,25 @@ impl Maker<'_> {
         let cpu_part = self.cpu();
         let is_read = |one: &Connection| one.from.part != cpu_part;
         let (reads, drives): (Vec<_>, Vec<_>) = (0..self.connections.len())
-            .filter(|at| !chosen.contains_key(at) && self.end_of_cpu(&self.connections[*at]).is_some())
+            .filter(|at| {
+                !chosen.contains_key(at) && self.end_of_cpu(&self.connections[*at]).is_some()
+            })
             .partition(|at| is_read(&self.connections[*at]));
         let needed = reads.len() + drives.len() + used.len();
-        for (at, must_take_5v) in reads.into_iter().map(|at| (at, true)).chain(drives.into_iter().map(|at| (at, false))) {
+        for (at, must_take_5v) in
+            reads.into_iter().map(|at| (at, true)).chain(drives.into_iter().map(|at| (at, false)))
+        {
             if let Some(pin) = free_pin(cpu, &used, must_take_5v) {
                 used.insert(pin.number);
                 chosen.insert(at, pin);
             }
         }
         if chosen.len() < needed {
-            let message = format!("the link needs {needed} pins of the CPU, but `{}` has {} that it can use", cpu.name, cpu.pins.len());
+            let message = format!(
+                "the link needs {needed} pins of the CPU, but `{}` has {} that it can use",
+                cpu.name,
+                cpu.pins.len()
+            );
             let help = "place more objects on one part, so that fewer signals connect the parts, or choose a CPU with more pins";
             self.findings.push(Diagnostic::error(codes::PINS, message).help(help));
         }
@@ -234,24 +267,36 @@ fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
 /// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that alone causes the emergency causes it, so that the
 /// outputs of the chips are safe.
 fn level_in_reset(net: &Net, carries: Carries) -> bool {
-    let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else { return false };
+    let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else {
+        return false;
+    };
     let is_caused_by = |level| known(&emergency.condition, input, level) == Some(true);
     is_caused_by(true) && !is_caused_by(false)
 }
 
 /// The value of a condition of which only one input is known; `None` if it depends on others.
 fn known(expr: &Expr, input: InputId, level: bool) -> Option<bool> {
-    let each = |all: &[Expr]| -> Vec<Option<bool>> { all.iter().map(|one| known(one, input, level)).collect() };
+    let each = |all: &[Expr]| -> Vec<Option<bool>> {
+        all.iter().map(|one| known(one, input, level)).collect()
+    };
     match &expr.kind {
         ExprKind::Leaf(Leaf::Input(id)) if *id == input => Some(level),
         ExprKind::Not(one) => known(one, input, level).map(|value| !value),
         ExprKind::And(all) => {
             let all = each(all);
-            if all.contains(&Some(false)) { Some(false) } else { all.iter().all(Option::is_some).then_some(true) }
+            if all.contains(&Some(false)) {
+                Some(false)
+            } else {
+                all.iter().all(Option::is_some).then_some(true)
+            }
         }
         ExprKind::Or(all) => {
             let all = each(all);
-            if all.contains(&Some(true)) { Some(true) } else { all.iter().all(Option::is_some).then_some(false) }
+            if all.contains(&Some(true)) {
+                Some(true)
+            } else {
+                all.iter().all(Option::is_some).then_some(false)
+            }
         }
         _ => expr.as_constant().map(|value| value != 0),
     }
@@ -280,7 +325,9 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     let all = || connections.iter().enumerate();
     for (connection, one) in all().filter(|(_, one)| one.from.part == cpu) {
         match one.carries {
-            Carries::Input { input, bit } => acts.push(Act::Put { connection, value: Put::Input { input, bit } }),
+            Carries::Input { input, bit } => {
+                acts.push(Act::Put { connection, value: Put::Input { input, bit } })
+            }
             Carries::Tick => acts.push(Act::Put { connection, value: Put::Tick }),
             Carries::Clock | Carries::Fires(_) | Carries::Plant { .. } => {}
         }
@@ -288,7 +335,8 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     let mut is_unsettled = matches!(acts.last(), Some(Act::Put { .. }));
     // The wires of a chip without such inputs depend on its state alone.
     let follows = |chip: &PartIndex| {
-        let is_input = |one: &Connection| matches!(one.carries, Carries::Input { .. } | Carries::Tick);
+        let is_input =
+            |one: &Connection| matches!(one.carries, Carries::Input { .. } | Carries::Tick);
         connections.iter().any(|one| is_input(one) && one.to.iter().any(|end| end.part == *chip))
     };
     let mut gets = Vec::new();
@@ -296,7 +344,11 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     for wire in &request.division.wires {
         let carries = Carries::Fires(wire.transition);
         let reader = wire.to.iter().find(|(part, _)| *part == cpu);
-        let (Some((_, to)), Some((connection, _))) = (reader, all().find(|(_, one)| one.carries == carries)) else { continue };
+        let (Some((_, to)), Some((connection, _))) =
+            (reader, all().find(|(_, one)| one.carries == carries))
+        else {
+            continue;
+        };
         gets.push(Act::Get { connection, to: *to });
         is_followed |= follows(&wire.from);
     }

@@ -15,7 +15,8 @@ struct Line<'l> {
 pub(super) fn pins(request: &Request<'_>, link: &Link) -> String {
     let (name, upper, cpu) = (&request.name, request.name.to_uppercase(), request.cpu);
     let part = request.chips.len();
-    let lines: Vec<Line<'_>> = link.connections.iter().filter_map(|one| line(one, part, cpu)).collect();
+    let lines: Vec<Line<'_>> =
+        link.connections.iter().filter_map(|one| line(one, part, cpu)).collect();
     let mut text = format!(
         "/* {name}_link_pins: the pins of the CPU ({}). To change a macro, define it before this file is read, or with -D. */\n\
          #ifndef {upper}_LINK_PINS_H\n#define {upper}_LINK_PINS_H\n\n#include <stdbool.h>\n#include <stdint.h>\n",
@@ -26,18 +27,31 @@ pub(super) fn pins(request: &Request<'_>, link: &Link) -> String {
         let signal = &one.connection.name;
         let pin = cpu.pin_name(one.pin);
         if one.drives {
-            let (high, low) = (set(cpu, name, &upper, one.pin, true), set(cpu, name, &upper, one.pin, false));
+            let (high, low) =
+                (set(cpu, name, &upper, one.pin, true), set(cpu, name, &upper, one.pin, false));
             let body = if cpu.family == Family::Host {
                 format!("    {name}_link_host_put({}U, level);\n", one.pin.number)
             } else {
-                format!("    if (level) {{\n        {high}\n    }} else {{\n        {low}\n    }}\n")
+                format!(
+                    "    if (level) {{\n        {high}\n    }} else {{\n        {low}\n    }}\n"
+                )
             };
-            text += &format!("\n/* {signal}: {pin}, pin {}. */\nstatic inline void {name}_link_put_{signal}(bool level)\n{{\n{body}}}\n", one.pin.number);
-            text += &format!("#ifndef {upper}_PUT_{signal}\n#define {upper}_PUT_{signal}(level) {name}_link_put_{signal}(level)\n#endif\n");
+            text += &format!(
+                "\n/* {signal}: {pin}, pin {}. */\nstatic inline void {name}_link_put_{signal}(bool level)\n{{\n{body}}}\n",
+                one.pin.number
+            );
+            text += &format!(
+                "#ifndef {upper}_PUT_{signal}\n#define {upper}_PUT_{signal}(level) {name}_link_put_{signal}(level)\n#endif\n"
+            );
         } else {
             let value = read(cpu, name, &upper, one.pin);
-            text += &format!("\n/* {signal}: {pin}, pin {}. */\nstatic inline bool {name}_link_get_{signal}(void)\n{{\n    return {value};\n}}\n", one.pin.number);
-            text += &format!("#ifndef {upper}_GET_{signal}\n#define {upper}_GET_{signal}() {name}_link_get_{signal}()\n#endif\n");
+            text += &format!(
+                "\n/* {signal}: {pin}, pin {}. */\nstatic inline bool {name}_link_get_{signal}(void)\n{{\n    return {value};\n}}\n",
+                one.pin.number
+            );
+            text += &format!(
+                "#ifndef {upper}_GET_{signal}\n#define {upper}_GET_{signal}() {name}_link_get_{signal}()\n#endif\n"
+            );
         }
     }
     text += &format!(
@@ -65,7 +79,9 @@ fn port_address(pin: Pin) -> u32 {
 fn preamble(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String {
     match cpu.family {
         Family::Avr => "\n#include <avr/io.h>\n".to_owned(),
-        Family::Stm32f1 => format!("\n/* A register of the processor. */\n#define {upper}_LINK_REG(address) (*(volatile uint32_t *)(address))\n"),
+        Family::Stm32f1 => format!(
+            "\n/* A register of the processor. */\n#define {upper}_LINK_REG(address) (*(volatile uint32_t *)(address))\n"
+        ),
         Family::Mcs51 => {
             // The ports are at 0x80, 0x90, 0xA0 and 0xB0, and their bits at the same addresses.
             let bit = |one: &Line<'_>| {
@@ -94,7 +110,10 @@ fn set(cpu: &Cpu, name: &str, upper: &str, pin: Pin, level: bool) -> String {
         // BSRR: the lower half sets bits, the upper half resets them.
         Family::Stm32f1 => {
             let shift = if level { bit } else { bit + 16 };
-            format!("{upper}_LINK_REG(0x{:08X}UL) = (uint32_t)1U << {shift}U;", port_address(pin) + 0x10)
+            format!(
+                "{upper}_LINK_REG(0x{:08X}UL) = (uint32_t)1U << {shift}U;",
+                port_address(pin) + 0x10
+            )
         }
         Family::Mcs51 => format!("{} = {};", bit_name(name, pin), u8::from(level)),
         Family::Host => format!("{name}_link_host_put({number}U, {level});"),
@@ -106,7 +125,10 @@ fn read(cpu: &Cpu, name: &str, upper: &str, pin: Pin) -> String {
     let Pin { port, bit, number, .. } = pin;
     match cpu.family {
         Family::Avr => format!("(PIN{port} & (1U << {bit}U)) != 0U"),
-        Family::Stm32f1 => format!("({upper}_LINK_REG(0x{:08X}UL) & ((uint32_t)1U << {bit}U)) != 0U", port_address(pin) + 0x08),
+        Family::Stm32f1 => format!(
+            "({upper}_LINK_REG(0x{:08X}UL) & ((uint32_t)1U << {bit}U)) != 0U",
+            port_address(pin) + 0x08
+        ),
         Family::Mcs51 => format!("{} != 0", bit_name(name, pin)),
         Family::Host => format!("{name}_link_host_get({number}U)"),
     }
@@ -117,8 +139,12 @@ fn directions(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String 
     let mut text = String::new();
     if cpu.family == Family::Stm32f1 {
         // RCC_APB2ENR: bit 2 is port A, bit 3 is port B.
-        let mask = lines.iter().fold(0, |mask, one| mask | 4_u32 << (u32::from(one.pin.port).saturating_sub(u32::from('A'))));
-        text += &format!("    {upper}_LINK_REG(0x40021018UL) |= 0x{mask:X}UL; /* the clocks of the ports */\n");
+        let mask = lines.iter().fold(0, |mask, one| {
+            mask | 4_u32 << (u32::from(one.pin.port).saturating_sub(u32::from('A')))
+        });
+        text += &format!(
+            "    {upper}_LINK_REG(0x40021018UL) |= 0x{mask:X}UL; /* the clocks of the ports */\n"
+        );
     }
     for one in lines {
         let Pin { port, bit, .. } = one.pin;
@@ -127,8 +153,12 @@ fn directions(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String 
             text += &format!("    {}\n", set(cpu, name, upper, one.pin, level));
         }
         match cpu.family {
-            Family::Avr if one.drives => text += &format!("    DDR{port} = (uint8_t)(DDR{port} | (1U << {bit}U));\n"),
-            Family::Avr => text += &format!("    DDR{port} = (uint8_t)(DDR{port} & ~(1U << {bit}U));\n"),
+            Family::Avr if one.drives => {
+                text += &format!("    DDR{port} = (uint8_t)(DDR{port} | (1U << {bit}U));\n")
+            }
+            Family::Avr => {
+                text += &format!("    DDR{port} = (uint8_t)(DDR{port} & ~(1U << {bit}U));\n")
+            }
             Family::Stm32f1 => {
                 // CRL has bits 0 to 7, CRH bits 8 to 15. 2: an output with 2 MHz; 4: an input without a resistor.
                 let register = port_address(one.pin) + if bit < 8 { 0 } else { 4 };
@@ -138,7 +168,9 @@ fn directions(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String 
                 );
             }
             // A pin is an input while its latch is 1.
-            Family::Mcs51 if !one.drives => text += &format!("    {}\n", set(cpu, name, upper, one.pin, true)),
+            Family::Mcs51 if !one.drives => {
+                text += &format!("    {}\n", set(cpu, name, upper, one.pin, true))
+            }
             Family::Mcs51 | Family::Host => {}
         }
     }
@@ -157,8 +189,12 @@ fn waits(request: &Request<'_>, upper: &str) -> String {
     let power_up = (hz * u64::from(request.timing.power_up_us)).div_ceil(1_000_000);
     let (settle_body, power_up_body) = match cpu.family {
         Family::Host => (format!("    {name}_link_host_settle();\n"), String::new()),
-        Family::Avr if settle <= MOST_NOPS => (nops(settle, "__asm__ __volatile__(\"nop\");"), wait_loop(power_up)),
-        Family::Mcs51 if settle <= MOST_NOPS => (nops(settle, "__asm__(\"nop\");"), wait_loop(power_up)),
+        Family::Avr if settle <= MOST_NOPS => {
+            (nops(settle, "__asm__ __volatile__(\"nop\");"), wait_loop(power_up))
+        }
+        Family::Mcs51 if settle <= MOST_NOPS => {
+            (nops(settle, "__asm__(\"nop\");"), wait_loop(power_up))
+        }
         // An STM32 may drop a `nop` before it executes.
         Family::Avr | Family::Mcs51 | Family::Stm32f1 => (wait_loop(settle), wait_loop(power_up)),
     };
@@ -179,5 +215,8 @@ fn nops(count: u64, nop: &str) -> String {
 
 /// A loop of at least that many cycles: an iteration loads, tests, decrements and stores the counter, which is at least four.
 fn wait_loop(cycles: u64) -> String {
-    format!("    for (volatile uint32_t rest = {}UL; rest != 0U; --rest) {{\n    }}\n", cycles.div_ceil(4))
+    format!(
+        "    for (volatile uint32_t rest = {}UL; rest != 0U; --rest) {{\n    }}\n",
+        cycles.div_ceil(4)
+    )
 }
