@@ -7,5 +7,10 @@ pub const UNSUPPORTED: Code = Code { id: "G1001", title: "chart that cannot be s
 /// Two objects that must lie on one part are placed on different parts.
 pub const APART: Code = Code { id: "G1002", title: "objects that cannot be separated" };
 
+/// The request for a link does not agree with the parts, the chips or the CPU.
+pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
+/// The CPU has fewer pins than the link needs.
+pub const PINS: Code = Code { id: "G1011", title: "too few pins on the CPU" };
+
 /// All codes of this crate.
-pub const ALL: &[Code] = &[UNSUPPORTED, APART];
+pub const ALL: &[Code] = &[UNSUPPORTED, APART, LINK, PINS];

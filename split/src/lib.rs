@@ -26,7 +26,9 @@
 //! ```
 
 pub mod codes;
+pub mod cpu;
 pub mod divide;
+pub mod link;
 pub mod partition;
 pub mod solve;
 pub mod together;

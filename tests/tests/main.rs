@@ -28,6 +28,7 @@ mod interrupts;
 mod invariants;
 mod jedec;
 mod kiss2;
+mod link;
 mod logic_mutations;
 mod misra;
 mod mutations;

@@ -46,7 +46,7 @@ fn names(parts: usize) -> Vec<String> {
 }
 
 /// A random division of a net; `None` if its features do not allow any.
-fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
+pub(crate) fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
     let mut random = Random::new(seed ^ 0x5_9117);
     let groups = together(net).ok()?;
     let parts = 2 + random.below(2);
@@ -90,7 +90,7 @@ fn count(variable: &str, default: u64) -> u64 {
     std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-fn features(seed: u64) -> Features {
+pub(crate) fn features(seed: u64) -> Features {
     let all = Features { stable: false, firings: false, max_steps: 12, ..Features::program() };
     let all = all.without_statecharts();
     if seed.is_multiple_of(3) { all } else { all.some(seed) }

@@ -1,0 +1,297 @@
+//! Microcontrollers as data: the pins to which a chip can be wired, and the figures that decide whether a part fits.
+//!
+//! Sizes of memories and addresses are those of the headers of avr-libc and SDCC and of the data sheets' titles. The numbers of the pins of `stm32f103` were compared
+//! with the symbols of the 48-pin STM32F1 in the `KiCad` library; those of the others are from memory, as are the lists of pins that tolerate 5 V.
+
+/// How the pins of a microcontroller are set and read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Family {
+    /// `PORTx`, `DDRx` and `PINx` of `<avr/io.h>`.
+    Avr,
+    /// The GPIO ports of an STM32F1, with `CRL`, `CRH`, `IDR` and `BSRR`.
+    Stm32f1,
+    /// The ports of an 8051 as bits; a pin is an input while its latch is 1.
+    Mcs51,
+    /// Functions that the program provides, for tests on a PC.
+    Host,
+}
+
+/// A pin that software can set and read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Pin {
+    /// The name of the port: `B` in `PB0`, `1` in `P1.0`.
+    pub port: char,
+    /// The bit in the port.
+    pub bit: u32,
+    /// The number on the package.
+    pub number: u32,
+    /// True if an output of a chip with a supply of 5 V may drive the pin.
+    pub takes_5v: bool,
+}
+
+/// One microcontroller.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Cpu {
+    /// Its name in options.
+    pub name: &'static str,
+    /// Its package.
+    pub package: &'static str,
+    /// The number of pins of the package.
+    pub n_pins: u32,
+    /// Bytes of flash.
+    pub flash: u32,
+    /// Bytes of RAM.
+    pub ram: u32,
+    /// The pins that a link may use, in the order in which it takes them. Pins for reset, crystal and debugger are not listed.
+    pub pins: &'static [Pin],
+    /// The highest clock frequency in hertz. Delays are computed for it, so they are longer at a lower frequency.
+    pub clock_hz: u32,
+    /// Clock cycles per cycle of the shortest instruction.
+    pub clocks_per_cycle: u32,
+    /// The supply voltage at that frequency, with the tolerance.
+    pub supply: &'static str,
+    /// The name of the cost model of its processor.
+    pub machine: &'static str,
+    /// How its pins are accessed.
+    pub family: Family,
+    /// The resistor, in ohms, that pulls a pin to a level while the CPU is in reset.
+    pub pull_ohms: u32,
+    /// The sources of the figures.
+    pub source: &'static str,
+}
+
+impl Cpu {
+    /// The name of a pin as the manufacturer writes it: `PB0`, or `P1.0` for an 8051.
+    #[must_use]
+    pub fn pin_name(&self, pin: Pin) -> String {
+        match self.family {
+            Family::Mcs51 => format!("P{}.{}", pin.port, pin.bit),
+            Family::Avr | Family::Stm32f1 | Family::Host => format!("P{}{}", pin.port, pin.bit),
+        }
+    }
+
+    /// The usable pin with a name, in any case of letters.
+    #[must_use]
+    pub fn pin(&self, name: &str) -> Option<Pin> {
+        let is_it = |pin: &&Pin| self.pin_name(**pin).eq_ignore_ascii_case(name);
+        self.pins.iter().find(is_it).copied()
+    }
+
+    /// The usable pin with a number on the package.
+    #[must_use]
+    pub fn pin_number(&self, number: u32) -> Option<Pin> {
+        self.pins.iter().find(|pin| pin.number == number).copied()
+    }
+}
+
+const fn pin(port: char, bit: u32, number: u32) -> Pin {
+    Pin { port, bit, number, takes_5v: true }
+}
+
+/// A pin of a microcontroller with 3.3 V that a chip with 5 V must not drive.
+const fn low(port: char, bit: u32, number: u32) -> Pin {
+    Pin { port, bit, number, takes_5v: false }
+}
+
+/// `ATmega328P` in the 28-pin DIP. PC6 is reset, and PB6 and PB7 are the crystal. The serial port (PD0, PD1) and the pins of the programmer (PB3 to PB5) are last.
+const ATMEGA328P: Cpu = Cpu {
+    name: "atmega328p",
+    package: "DIP-28",
+    n_pins: 28,
+    flash: 32_768,
+    ram: 2048,
+    pins: &[
+        pin('D', 2, 4),
+        pin('D', 3, 5),
+        pin('D', 4, 6),
+        pin('D', 5, 11),
+        pin('D', 6, 12),
+        pin('D', 7, 13),
+        pin('B', 0, 14),
+        pin('B', 1, 15),
+        pin('B', 2, 16),
+        pin('C', 0, 23),
+        pin('C', 1, 24),
+        pin('C', 2, 25),
+        pin('C', 3, 26),
+        pin('C', 4, 27),
+        pin('C', 5, 28),
+        pin('B', 3, 17),
+        pin('B', 4, 18),
+        pin('B', 5, 19),
+        pin('D', 0, 2),
+        pin('D', 1, 3),
+    ],
+    clock_hz: 20_000_000,
+    clocks_per_cycle: 1,
+    supply: "4.5 to 5.5 V",
+    machine: "avr",
+    family: Family::Avr,
+    pull_ohms: 10_000,
+    source: "memories: avr-libc iom328p.h; pins and frequency: from memory",
+};
+
+/// `ATtiny85` in the 8-pin DIP. PB5 is reset; the clock is internal or on PB3, which is therefore last.
+const ATTINY85: Cpu = Cpu {
+    name: "attiny85",
+    package: "DIP-8",
+    n_pins: 8,
+    flash: 8192,
+    ram: 512,
+    pins: &[pin('B', 0, 5), pin('B', 1, 6), pin('B', 2, 7), pin('B', 4, 3), pin('B', 3, 2)],
+    clock_hz: 20_000_000,
+    clocks_per_cycle: 1,
+    supply: "4.5 to 5.5 V",
+    machine: "avr",
+    family: Family::Avr,
+    pull_ohms: 10_000,
+    source: "memories: avr-libc iotn85.h; pins and frequency: from memory",
+};
+
+/// `STM32F103C8`. The debugger (PA13 to PA15, PB3, PB4), the start-up mode (PB2) and the slow oscillator (PC14, PC15) are not listed.
+const STM32F103: Cpu = Cpu {
+    name: "stm32f103",
+    package: "LQFP-48",
+    n_pins: 48,
+    flash: 65_536,
+    ram: 20_480,
+    pins: &[
+        pin('B', 12, 25),
+        pin('B', 13, 26),
+        pin('B', 14, 27),
+        pin('B', 15, 28),
+        pin('A', 8, 29),
+        pin('B', 6, 42),
+        pin('B', 7, 43),
+        pin('B', 8, 45),
+        pin('B', 9, 46),
+        pin('B', 10, 21),
+        pin('B', 11, 22),
+        pin('A', 9, 30),
+        pin('A', 10, 31),
+        pin('A', 11, 32),
+        pin('A', 12, 33),
+        low('A', 0, 10),
+        low('A', 1, 11),
+        low('A', 2, 12),
+        low('A', 3, 13),
+        low('A', 4, 14),
+        low('A', 5, 15),
+        low('A', 6, 16),
+        low('A', 7, 17),
+        low('B', 0, 18),
+        low('B', 1, 19),
+        low('B', 5, 41),
+    ],
+    clock_hz: 72_000_000,
+    clocks_per_cycle: 1,
+    supply: "2.0 to 3.6 V",
+    machine: "cortex-m3",
+    family: Family::Stm32f1,
+    pull_ohms: 10_000,
+    source: "memories, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: from memory",
+};
+
+/// `AT89S52` in the 40-pin DIP. Port 0 has open drains and is not listed; P1.5 to P1.7 belong to the programmer and P3.0 and P3.1 to the serial port, so they are
+/// last. In reset, all pins are pulled high inside with at most 50 microamperes; the resistor must win against that.
+const AT89S52: Cpu = Cpu {
+    name: "at89s52",
+    package: "DIP-40",
+    n_pins: 40,
+    flash: 8192,
+    ram: 256,
+    pins: &[
+        pin('1', 0, 1),
+        pin('1', 1, 2),
+        pin('1', 2, 3),
+        pin('1', 3, 4),
+        pin('1', 4, 5),
+        pin('2', 0, 21),
+        pin('2', 1, 22),
+        pin('2', 2, 23),
+        pin('2', 3, 24),
+        pin('2', 4, 25),
+        pin('2', 5, 26),
+        pin('2', 6, 27),
+        pin('2', 7, 28),
+        pin('3', 2, 12),
+        pin('3', 3, 13),
+        pin('3', 4, 14),
+        pin('3', 5, 15),
+        pin('3', 6, 16),
+        pin('3', 7, 17),
+        pin('1', 5, 6),
+        pin('1', 6, 7),
+        pin('1', 7, 8),
+        pin('3', 0, 10),
+        pin('3', 1, 11),
+    ],
+    clock_hz: 33_000_000,
+    clocks_per_cycle: 12,
+    supply: "4.0 to 5.5 V",
+    machine: "8051",
+    family: Family::Mcs51,
+    pull_ohms: 3300,
+    source: "addresses of ports: SDCC 8051.h; all else: from memory",
+};
+
+/// The microcontrollers.
+pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, STM32F103, AT89S52];
+
+/// A PC whose pins are functions of the program: for tests. It is not in [`CPUS`].
+pub static HOST: Cpu = Cpu {
+    name: "host",
+    package: "none",
+    n_pins: 64,
+    flash: u32::MAX,
+    ram: u32::MAX,
+    pins: &HOST_PINS,
+    clock_hz: 1,
+    clocks_per_cycle: 1,
+    supply: "none",
+    machine: "x86-64",
+    family: Family::Host,
+    pull_ohms: 10_000,
+    source: "none",
+};
+
+const HOST_PINS: [Pin; 64] = {
+    let mut pins = [pin('X', 0, 1); 64];
+    let mut at = 0;
+    while at < 64 {
+        pins[at as usize] = pin('X', at, at + 1);
+        at += 1;
+    }
+    pins
+};
+
+/// The microcontroller of that name, in any case of letters.
+#[must_use]
+pub fn cpu(name: &str) -> Option<&'static Cpu> {
+    CPUS.iter().find(|cpu| cpu.name.eq_ignore_ascii_case(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CPUS, HOST, cpu};
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn each_pin_is_listed_once_and_is_on_the_package() {
+        for cpu in CPUS.iter().chain([&HOST]) {
+            let numbers: BTreeSet<u32> = cpu.pins.iter().map(|pin| pin.number).collect();
+            let names: BTreeSet<String> = cpu.pins.iter().map(|pin| cpu.pin_name(*pin)).collect();
+            assert_eq!(numbers.len(), cpu.pins.len(), "{}", cpu.name);
+            assert_eq!(names.len(), cpu.pins.len(), "{}", cpu.name);
+            assert!(numbers.iter().all(|number| (1..=cpu.n_pins).contains(number)), "{}", cpu.name);
+        }
+    }
+
+    #[test]
+    fn names_are_found() {
+        let chip = cpu("AT89S52").unwrap();
+        assert_eq!(chip.pin("p1.0").map(|pin| pin.number), Some(1));
+        assert_eq!(chip.pin("P0.0"), None, "port 0 has open drains");
+        assert_eq!(cpu("atmega8"), None);
+    }
+}

@@ -1,0 +1,441 @@
+//! Checks that the acts of a link make one round, by an execution in which each pin carries the name of its value.
+//!
+//! The check knows what a chip expects on each of its pins, from the division and the fitting alone. It takes from the link only the connections and the acts. Every
+//! pin begins with the value of the last round. A value is *settled* after a `Settle` that follows the last change of what it depends on: a pin of the CPU depends on
+//! its `Put`, and a wire of a chip on the latched inputs and the tick of that chip, but on no wire (semantics §10.6).
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use grafsynth_ir::division::{Division, PartIndex, Shown, Source};
+use grafsynth_ir::net::{InputId, OutputId, TransitionId};
+
+use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, End, Object, Put};
+
+/// Why the acts are not one round.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Breach {
+    /// The act at which it was found; `None` if it is in the connections, or if something is missing at the end.
+    pub at: Option<usize>,
+    /// The reason.
+    pub why: Why,
+}
+
+/// A rule that a link breaks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// The division does not have the parts of the chips and a CPU.
+    Parts,
+    /// A pin is in two connections, or twice in one.
+    PinTwice(End),
+    /// An input of a chip is not connected.
+    Open(End),
+    /// An output of a part is read by a pin that is an output itself or that the chip does not use, or an input drives a connection.
+    Direction(End),
+    /// What a connection is said to carry is not what its pins carry.
+    Label(ConnectionIndex),
+    /// An act names a connection or an object that is not there, or the wrong side of a connection.
+    Unknown,
+    /// An act comes for a second time.
+    Again,
+    /// An act comes before one that it needs: inputs before they are latched, outputs before the reaction, the clock before the reaction.
+    Early,
+    /// An act comes after the clock, or a wire is read after the reaction.
+    Late,
+    /// A wire is read before the chip that drives it has settled.
+    Unsettled(ConnectionIndex),
+    /// An input of the part on the CPU does not have the value of this round at its reaction.
+    CpuInput(InputId),
+    /// A pin of a chip does not have its value of this round, settled, at the clock.
+    ChipInput(End),
+    /// At the end, the inputs were not latched, the CPU has not reacted, the chips had no clock, or their outputs have not settled.
+    Missing,
+}
+
+impl fmt::Display for Breach {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(at) = self.at {
+            write!(f, "act {}: ", at + 1)?;
+        }
+        match self.why {
+            Why::Parts => {
+                f.write_str("the division does not have one part for each chip and one for the CPU")
+            }
+            Why::PinTwice(end) => write!(f, "{end} is connected twice"),
+            Why::Open(end) => write!(f, "{end} is not connected"),
+            Why::Direction(end) => write!(f, "{end} has the wrong direction"),
+            Why::Label(at) => {
+                write!(f, "connection {} does not carry what it is said to carry", at + 1)
+            }
+            Why::Unknown => f.write_str("there is no such connection or object"),
+            Why::Again => f.write_str("the act was already done in this round"),
+            Why::Early => f.write_str("the act comes too early"),
+            Why::Late => f.write_str("the act comes too late"),
+            Why::Unsettled(at) => write!(f, "connection {} is read before it has settled", at + 1),
+            Why::CpuInput(input) => write!(
+                f,
+                "input {} of the CPU does not have its value of this round",
+                input.index() + 1
+            ),
+            Why::ChipInput(end) => {
+                write!(f, "{end} does not have its value of this round at the clock")
+            }
+            Why::Missing => f.write_str("the round is not complete"),
+        }
+    }
+}
+
+impl fmt::Display for End {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "pin {} of part {}", self.pin, self.part + 1)
+    }
+}
+
+/// The value on a pin or in a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Value {
+    /// That of an earlier round, or none.
+    Old,
+    /// A bit of an input of the net, latched in this round.
+    Input(InputId, u32),
+    /// Whether this round has a tick.
+    Tick,
+    /// Whether a transition fires in this round.
+    Fires(TransitionId),
+    /// The level of the clock.
+    Clock,
+    /// A bit of an output to the plant.
+    Plant(OutputId, u32),
+}
+
+/// Checks that the acts make one round of the division (semantics §10.3).
+///
+/// # Errors
+/// The first rule that is broken.
+pub fn check(
+    acts: &[Act],
+    connections: &[Connection],
+    division: &Division,
+    chips: &[ChipPins],
+) -> Result<(), Breach> {
+    let nowhere = |why| Breach { at: None, why };
+    let mut run = Run::new(connections, division, chips).map_err(nowhere)?;
+    for (at, act) in acts.iter().enumerate() {
+        run.act(*act).map_err(|why| Breach { at: Some(at), why })?;
+    }
+    run.end().map_err(nowhere)
+}
+
+/// What happens at each pin of the chips, and what has happened so far.
+struct Run<'l> {
+    connections: &'l [Connection],
+    division: &'l Division,
+    cpu: PartIndex,
+    /// What each input pin of a chip must carry at the clock.
+    wanted: BTreeMap<End, Value>,
+    /// The connection of each pin.
+    at: BTreeMap<End, ConnectionIndex>,
+    /// The value of each connection.
+    values: Vec<Value>,
+    /// Whether it is settled.
+    is_settled: Vec<bool>,
+    /// The values of the inputs of the part on the CPU.
+    handed: BTreeMap<InputId, Value>,
+    is_latched: bool,
+    has_reacted: bool,
+    is_clocked: bool,
+    /// Whether the outputs have settled after the clock.
+    is_over: bool,
+}
+
+impl<'l> Run<'l> {
+    fn new(
+        connections: &'l [Connection],
+        division: &'l Division,
+        chips: &[ChipPins],
+    ) -> Result<Self, Why> {
+        let cpu = chips.len();
+        if division.parts.len() != cpu + 1 {
+            return Err(Why::Parts);
+        }
+        let (wanted, shown) = expectations(division, chips)?;
+        let mut at = BTreeMap::new();
+        let mut values = Vec::new();
+        for (index, one) in connections.iter().enumerate() {
+            for end in [one.from].iter().chain(&one.to) {
+                if at.insert(*end, index).is_some() {
+                    return Err(Why::PinTwice(*end));
+                }
+            }
+            let drives = one.from.part == cpu;
+            let value = if drives {
+                Value::Old
+            } else {
+                *shown.get(&one.from).ok_or(Why::Direction(one.from))?
+            };
+            let is_reader =
+                |end: &&End| if end.part == cpu { !drives } else { wanted.contains_key(end) };
+            if let Some(end) = one.to.iter().find(|end| !is_reader(end)) {
+                return Err(Why::Direction(*end));
+            }
+            if !drives && value != label(one.carries) {
+                return Err(Why::Label(index));
+            }
+            values.push(value);
+        }
+        if let Some(end) = wanted.keys().find(|end| !at.contains_key(end)) {
+            return Err(Why::Open(*end));
+        }
+        let is_settled = vec![true; connections.len()];
+        let handed = BTreeMap::new();
+        let mut run = Run {
+            connections,
+            division,
+            cpu,
+            wanted,
+            at,
+            values,
+            is_settled,
+            handed,
+            is_latched: false,
+            has_reacted: false,
+            is_clocked: false,
+            is_over: false,
+        };
+        // The outputs of a chip still belong to the inputs of the last round.
+        for chip in 0..cpu {
+            run.unsettle(chip);
+        }
+        Ok(run)
+    }
+
+    fn act(&mut self, act: Act) -> Result<(), Why> {
+        if self.is_clocked && act != Act::Settle {
+            return Err(Why::Late);
+        }
+        match act {
+            Act::Latch => once(&mut self.is_latched),
+            Act::Hand { from, to } => {
+                let is_there = self.division.parts[self.cpu].net.inputs.get(to).is_some();
+                is_there.then_some(()).ok_or(Why::Unknown)?;
+                self.is_latched.then_some(()).ok_or(Why::Early)?;
+                self.handed.insert(to, Value::Input(from, 0));
+                Ok(())
+            }
+            Act::Put { connection, value } => self.put(connection, value),
+            Act::Settle => {
+                self.settle();
+                Ok(())
+            }
+            Act::Get { connection, to } => self.get(connection, to),
+            Act::React => {
+                once(&mut self.has_reacted)?;
+                self.react()
+            }
+            Act::Clock { connection } => {
+                let one = self.connections.get(connection).ok_or(Why::Unknown)?;
+                if one.from.part != self.cpu || one.carries != Carries::Clock {
+                    return Err(Why::Unknown);
+                }
+                if !self.has_reacted {
+                    return Err(Why::Early);
+                }
+                self.values[connection] = Value::Clock;
+                self.edge()?;
+                self.is_clocked = true;
+                Ok(())
+            }
+        }
+    }
+
+    fn put(&mut self, connection: ConnectionIndex, put: Put) -> Result<(), Why> {
+        let one = self.connections.get(connection).ok_or(Why::Unknown)?;
+        if one.from.part != self.cpu {
+            return Err(Why::Unknown);
+        }
+        let (value, may) = match put {
+            Put::Input { input, bit } => (Value::Input(input, bit), self.is_latched),
+            Put::Tick => (Value::Tick, true),
+            Put::Output(output) => {
+                let mut shown = self.division.parts[self.cpu].outputs.iter();
+                match shown.find(|(id, _)| *id == output) {
+                    Some((_, Shown::Fires(transition))) => {
+                        (Value::Fires(*transition), self.has_reacted)
+                    }
+                    Some((_, Shown::Output(_))) | None => return Err(Why::Unknown),
+                }
+            }
+        };
+        if !may {
+            return Err(Why::Early);
+        }
+        if value != label(one.carries) {
+            return Err(Why::Label(connection));
+        }
+        self.values[connection] = value;
+        self.is_settled[connection] = false;
+        for end in &one.to {
+            if !matches!(self.wanted.get(end), Some(Value::Fires(_))) {
+                self.unsettle(end.part);
+            }
+        }
+        Ok(())
+    }
+
+    /// The inputs of a chip changed: its wires are to settle, if they depend on inputs at all.
+    fn unsettle(&mut self, chip: PartIndex) {
+        if self.followed(chip).next().is_none() {
+            return;
+        }
+        for (one, is_settled) in self.connections.iter().zip(&mut self.is_settled) {
+            if one.from.part == chip {
+                *is_settled = false;
+            }
+        }
+    }
+
+    /// The pins on which the wires of a chip depend, with what they must carry.
+    fn followed(&self, chip: PartIndex) -> impl Iterator<Item = (End, Value)> + '_ {
+        let of_chip = self.wanted.iter().filter(move |(end, _)| end.part == chip);
+        of_chip
+            .filter(|(_, value)| matches!(value, Value::Input(..) | Value::Tick))
+            .map(|(end, value)| (*end, *value))
+    }
+
+    fn settle(&mut self) {
+        self.is_over = self.is_clocked;
+        let ready: Vec<bool> = (self.connections.iter())
+            .map(|one| {
+                one.from.part == self.cpu
+                    || self
+                        .followed(one.from.part)
+                        .all(|(end, value)| self.value_at(end) == Some(value))
+            })
+            .collect();
+        for (is_settled, ready) in self.is_settled.iter_mut().zip(ready) {
+            *is_settled |= ready;
+        }
+    }
+
+    fn value_at(&self, end: End) -> Option<Value> {
+        self.at.get(&end).map(|at| self.values[*at])
+    }
+
+    fn get(&mut self, connection: ConnectionIndex, to: InputId) -> Result<(), Why> {
+        let one = self.connections.get(connection).ok_or(Why::Unknown)?;
+        let is_read = one.to.iter().any(|end| end.part == self.cpu);
+        if !is_read || self.division.parts[self.cpu].net.inputs.get(to).is_none() {
+            return Err(Why::Unknown);
+        }
+        if self.has_reacted {
+            return Err(Why::Late);
+        }
+        if !self.is_settled[connection] {
+            return Err(Why::Unsettled(connection));
+        }
+        self.handed.insert(to, self.values[connection]);
+        Ok(())
+    }
+
+    fn react(&self) -> Result<(), Why> {
+        if !self.is_latched {
+            return Err(Why::Early);
+        }
+        let part = &self.division.parts[self.cpu];
+        for (input, source) in part.inputs.iter() {
+            let wanted = match *source {
+                // Functions of the program and events of the chart itself are no members of its inputs.
+                Source::Input(_) if !part.net.inputs[input].kind.is_handed() => continue,
+                Source::Input(from) => Value::Input(from, 0),
+                Source::Fires(transition) => Value::Fires(transition),
+            };
+            if self.handed.get(&input) != Some(&wanted) {
+                return Err(Why::CpuInput(input));
+            }
+        }
+        Ok(())
+    }
+
+    /// The clock edge of the chips.
+    fn edge(&self) -> Result<(), Why> {
+        for (end, wanted) in &self.wanted {
+            let at = *self.at.get(end).ok_or(Why::Open(*end))?;
+            if self.values[at] != *wanted || !self.is_settled[at] {
+                return Err(Why::ChipInput(*end));
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&self) -> Result<(), Why> {
+        let has_clock = self.wanted.values().any(|value| *value == Value::Clock);
+        if !has_clock {
+            // Without registers, the chips are outputs of their inputs, which must be there at the end.
+            self.edge()?;
+        }
+        let is_complete = self.is_latched && self.has_reacted && (self.is_over || !has_clock);
+        is_complete.then_some(()).ok_or(Why::Missing)
+    }
+}
+
+/// The values of pins.
+type Pins = BTreeMap<End, Value>;
+
+/// What each input pin of the chips expects, and what each output pin shows.
+fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins), Why> {
+    let (mut wanted, mut shown) = (Pins::new(), Pins::new());
+    let mut used = BTreeSet::new();
+    for (part, chip) in chips.iter().enumerate() {
+        let net = &division.parts[part];
+        for signal in &chip.signals {
+            let end = End { part, pin: signal.pin };
+            if !used.insert(end) {
+                return Err(Why::PinTwice(end));
+            }
+            match signal.object {
+                Object::Input(input) => {
+                    let (_, source) =
+                        net.inputs.iter().find(|(id, _)| *id == input).ok_or(Why::Unknown)?;
+                    let value = match *source {
+                        Source::Input(input) => Value::Input(input, signal.bit),
+                        Source::Fires(transition) => Value::Fires(transition),
+                    };
+                    wanted.insert(end, value);
+                }
+                Object::Output(output) => {
+                    let (_, meaning) =
+                        net.outputs.iter().find(|(id, _)| *id == output).ok_or(Why::Unknown)?;
+                    let value = match *meaning {
+                        Shown::Output(output) => Value::Plant(output, signal.bit),
+                        Shown::Fires(transition) => Value::Fires(transition),
+                    };
+                    shown.insert(end, value);
+                }
+            }
+        }
+        for (pin, value) in [(chip.clock, Value::Clock), (chip.tick, Value::Tick)] {
+            let Some(pin) = pin else { continue };
+            let end = End { part, pin };
+            if !used.insert(end) {
+                return Err(Why::PinTwice(end));
+            }
+            wanted.insert(end, value);
+        }
+    }
+    Ok((wanted, shown))
+}
+
+/// The value that a connection is said to carry.
+fn label(carries: Carries) -> Value {
+    match carries {
+        Carries::Clock => Value::Clock,
+        Carries::Tick => Value::Tick,
+        Carries::Input { input, bit } => Value::Input(input, bit),
+        Carries::Fires(transition) => Value::Fires(transition),
+        Carries::Plant { output, bit } => Value::Plant(output, bit),
+    }
+}
+
+fn once(done: &mut bool) -> Result<(), Why> {
+    if std::mem::replace(done, true) { Err(Why::Again) } else { Ok(()) }
+}

@@ -1,0 +1,252 @@
+//! The C of a link: `NAME_link.h`, `NAME_link.c` and `NAME_link_pins.h`, printed from the acts and the connections.
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::names::{C, Namer};
+use grafsynth_ir::net::{InputId, Net};
+
+use super::pins_text;
+use super::{Act, Link, Put, Request};
+
+/// A file of a link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// The C of a link: C99 without warnings for the compiler of the CPU. `check` must have accepted the acts.
+#[must_use]
+pub fn files(request: &Request<'_>, link: &Link) -> Vec<File> {
+    let text = Text::new(request, link);
+    let name = &request.name;
+    vec![
+        File { name: format!("{name}_link.h"), text: text.header() },
+        File { name: format!("{name}_link.c"), text: text.source() },
+        File { name: format!("{name}_link_pins.h"), text: pins_text::pins(request, link) },
+    ]
+}
+
+/// The names in the files.
+struct Text<'l> {
+    request: &'l Request<'l>,
+    link: &'l Link,
+    /// The members of `NAME_link_in_t`.
+    members: BTreeMap<InputId, String>,
+    has_dt: bool,
+}
+
+impl<'l> Text<'l> {
+    fn new(request: &'l Request<'l>, link: &'l Link) -> Self {
+        let mut namer = Namer::new(&C);
+        let used = |act: &Act| match *act {
+            Act::Hand { from, .. } => Some(from),
+            Act::Put { value: Put::Input { input, .. }, .. } => Some(input),
+            Act::Latch
+            | Act::Put { .. }
+            | Act::Settle
+            | Act::Get { .. }
+            | Act::React
+            | Act::Clock { .. } => None,
+        };
+        let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).collect();
+        let members =
+            all.into_iter().map(|id| (id, namer.name(&request.net.inputs[id].name.text))).collect();
+        let has_tick = link.acts.iter().any(|act| matches!(act, Act::Put { value: Put::Tick, .. }));
+        Text { request, link, members, has_dt: has_tick || request.names.dt.is_some() }
+    }
+
+    fn dt(&self) -> &str {
+        self.request.names.dt.as_deref().unwrap_or("uint8_t")
+    }
+
+    /// The parameters of `NAME_link_init` or `NAME_link_round`.
+    fn parameters(&self, is_round: bool) -> String {
+        let (name, cpu) = (&self.request.name, &self.request.names);
+        let mut all = Vec::new();
+        if cpu.has_instance {
+            all.push(format!("{}_t *self", cpu.prefix));
+        }
+        if is_round && !self.members.is_empty() {
+            all.push(format!("const {name}_link_in_t *in"));
+        }
+        if is_round && self.has_dt {
+            all.push(format!("{} dt", self.dt()));
+        }
+        if !cpu.outputs.is_empty() {
+            all.push(format!("{}_out_t *out", cpu.prefix));
+        }
+        if all.is_empty() { "void".to_owned() } else { all.join(", ") }
+    }
+
+    fn struct_of_inputs(&self) -> String {
+        let line = |(id, member): (&InputId, &String)| {
+            format!("    {} {member};\n", c_type(self.request.net, *id))
+        };
+        self.members.iter().map(line).collect()
+    }
+
+    fn header(&self) -> String {
+        let (name, upper) = (&self.request.name, self.request.name.to_uppercase());
+        let mut text = format!(
+            "/* {name}_link: the chart {chart} on a CPU ({cpu}) and chips. Do not edit: it is regenerated from the chart. */\n\
+             #ifndef {upper}_LINK_H\n#define {upper}_LINK_H\n\n#include \"{header}\"\n\n#include <stdbool.h>\n#include <stdint.h>\n\n\
+             #ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n",
+            chart = comment(&self.request.net.name.text),
+            cpu = self.request.cpu.name,
+            header = self.request.names.header,
+        );
+        if !self.members.is_empty() {
+            text += &format!(
+                "/* The inputs of the chart. A round reads each of them once. */\ntypedef struct {{\n{}}} {name}_link_in_t;\n\n",
+                self.struct_of_inputs()
+            );
+        }
+        text += &format!(
+            "/* Sets the directions of the pins, waits until the chips are in their first states, and starts the part on the CPU: row 0. The chips must have lost their\n \
+             * supply since their last round: a reset of the CPU alone does not reset them. */\n\
+             void {name}_link_init({});\n\n",
+            self.parameters(false)
+        );
+        let ticks = if self
+            .link
+            .acts
+            .iter()
+            .any(|act| matches!(act, Act::Put { value: Put::Tick, .. }))
+        {
+            " A chip\n * counts ticks: call it once per tick with dt 1; dt 0 is a round in which no time passes."
+        } else {
+            ""
+        };
+        text += &format!(
+            "/* One reaction of the chart on all parts. At its return, the outputs of the chips have settled. Not reentrant; no interrupt may use its pins.{ticks} */\n\
+             void {name}_link_round({});\n\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
+            self.parameters(true)
+        );
+        text
+    }
+
+    fn source(&self) -> String {
+        let (name, upper) = (&self.request.name, self.request.name.to_uppercase());
+        let cpu = &self.request.names;
+        let mut text = format!(
+            "/* {name}_link: one round of the parts, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
+             #include \"{name}_link.h\"\n#include \"{name}_link_pins.h\"\n\n"
+        );
+        text += &format!(
+            "void {name}_link_init({})\n{{\n    {upper}_LINK_PINS_INIT();\n    {upper}_LINK_WAIT_CHIPS();\n",
+            self.parameters(false)
+        );
+        text += &format!("    {}_init({});\n", cpu.prefix, self.arguments(false));
+        for (at, level) in &self.link.start {
+            text += &format!("    {upper}_PUT_{}({level});\n", self.link.connections[*at].name);
+        }
+        text += &format!("    {upper}_LINK_SETTLE();\n}}\n\n");
+        text += &format!("void {name}_link_round({})\n{{\n", self.parameters(true));
+        if !self.members.is_empty() {
+            text += &format!("    {name}_link_in_t latched;\n");
+        }
+        if !cpu.inputs.is_empty() {
+            text += &format!("    {}_in_t cpu_in;\n", cpu.prefix);
+        }
+        text += "\n";
+        for act in &self.link.acts {
+            text += &self.act(*act, &upper);
+        }
+        text += "}\n";
+        text
+    }
+
+    /// The arguments of `NAME_init` or `NAME_step`.
+    fn arguments(&self, is_step: bool) -> String {
+        let cpu = &self.request.names;
+        let all = [
+            cpu.has_instance.then_some("self"),
+            (is_step && !cpu.inputs.is_empty()).then_some("&cpu_in"),
+            (is_step && cpu.dt.is_some()).then_some("dt"),
+            (!cpu.outputs.is_empty()).then_some("out"),
+        ];
+        all.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+
+    /// The lines of one act.
+    fn act(&self, act: Act, upper: &str) -> String {
+        let none = String::new();
+        let cpu = &self.request.names;
+        let member = |id: InputId| self.members.get(&id).unwrap_or(&none);
+        let input = |id: InputId| cpu.inputs.get(&id).unwrap_or(&none);
+        let pin = |at: usize| self.link.connections.get(at).map_or("", |one| one.name.as_str());
+        match act {
+            Act::Latch => self
+                .members
+                .values()
+                .map(|name| format!("    latched.{name} = in->{name};\n"))
+                .collect(),
+            Act::Hand { from, to } => {
+                format!("    cpu_in.{} = latched.{};\n", input(to), member(from))
+            }
+            Act::Put { connection, value } => {
+                let value = match value {
+                    Put::Input { input, bit } => {
+                        bit_of(self.request.net, input, member(input), bit)
+                    }
+                    Put::Tick => "dt != 0U".to_owned(),
+                    Put::Output(output) => {
+                        format!("out->{}", cpu.outputs.get(&output).unwrap_or(&none))
+                    }
+                };
+                format!("    {upper}_PUT_{}({value});\n", pin(connection))
+            }
+            Act::Settle => format!("    {upper}_LINK_SETTLE();\n"),
+            Act::Get { connection, to } => {
+                format!("    cpu_in.{} = {upper}_GET_{}();\n", input(to), pin(connection))
+            }
+            Act::React => format!("    {}_step({});\n", cpu.prefix, self.arguments(true)),
+            Act::Clock { connection } => {
+                let pin = pin(connection);
+                format!(
+                    "    {upper}_PUT_{pin}(true);\n    {upper}_LINK_SETTLE();\n    {upper}_PUT_{pin}(false);\n"
+                )
+            }
+        }
+    }
+}
+
+/// The C type of an input: the smallest that contains its range, as in the part on the CPU.
+fn c_type(net: &Net, input: InputId) -> &'static str {
+    let Type::Int { lo, hi } = net.inputs[input].ty else { return "bool" };
+    let fits = |least: i64, most: i64| lo >= least && hi <= most;
+    if fits(0, 0xff) {
+        "uint8_t"
+    } else if fits(-0x80, 0x7f) {
+        "int8_t"
+    } else if fits(-0x8000, 0x7fff) {
+        "int16_t"
+    } else if fits(0, 0xffff) {
+        "uint16_t"
+    } else {
+        // A range is within 32 bits, signed.
+        "int32_t"
+    }
+}
+
+/// A Boolean expression: one bit of a latched input minus its lower bound.
+fn bit_of(net: &Net, input: InputId, member: &str, bit: u32) -> String {
+    let Type::Int { lo, .. } = net.inputs[input].ty else { return format!("latched.{member}") };
+    // Unsigned arithmetic wraps, so the difference is exact for negative values too.
+    let low = lo.rem_euclid(1 << 32);
+    let value = if low == 0 {
+        format!("(uint32_t)latched.{member}")
+    } else {
+        format!("((uint32_t)latched.{member} - (uint32_t)0x{low:x}UL)")
+    };
+    format!("(({value} >> {bit}U) & 1U) != 0U")
+}
+
+/// Text in a comment: a name cannot end it.
+fn comment(text: &str) -> String {
+    text.replace("*/", "* /")
+}

@@ -1,0 +1,376 @@
+//! The connections of a link, the pins of the CPU, and the acts of a round.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grafsynth_ir::Diagnostic;
+use grafsynth_ir::division::{Division, PartIndex, PartNet, Shown, Source};
+use grafsynth_ir::expr::ExprKind;
+use grafsynth_ir::names::{C, Namer};
+use grafsynth_ir::net::{Expr, InputId, Leaf, Net};
+
+use super::{
+    Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request,
+};
+use crate::codes;
+use crate::cpu::{Cpu, Pin};
+
+/// Connects the parts, and lists the acts of a round.
+///
+/// The pins of the CPU are those that the request names, then those of the list of the CPU in order: first for what the CPU reads, which needs pins that a chip may
+/// drive, then for what it drives.
+///
+/// # Errors
+/// An unknown or twice used pin or connection in the request; a signal that a chip needs and that has no pin there; more signals than the CPU has pins.
+pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
+    let mut maker = Maker { request, connections: Vec::new(), findings: Vec::new() };
+    maker.connect();
+    if maker.findings.is_empty() {
+        maker.assign_pins();
+    }
+    if !maker.findings.is_empty() {
+        return Err(maker.findings);
+    }
+    let acts = acts(request, &maker.connections);
+    let starts = |(at, one): (ConnectionIndex, &Connection)| {
+        let level = one.pull?;
+        let start = level_of_row_0(request.net, one.carries);
+        (start != level).then_some((at, start))
+    };
+    let start = maker.connections.iter().enumerate().filter_map(starts).collect();
+    Ok(Link { connections: maker.connections, acts, start })
+}
+
+/// Stands for a pin of the CPU that is not chosen yet; no package has a pin 0.
+const NO_PIN: u32 = 0;
+
+struct Maker<'r> {
+    request: &'r Request<'r>,
+    connections: Vec<Connection>,
+    findings: Vec<Diagnostic>,
+}
+
+impl Maker<'_> {
+    fn division(&self) -> &Division {
+        self.request.division
+    }
+
+    /// The index of the part on the CPU.
+    fn cpu(&self) -> PartIndex {
+        self.request.chips.len()
+    }
+
+    fn refuse(&mut self, message: String) {
+        self.findings.push(Diagnostic::error(codes::LINK, message));
+    }
+
+    fn connect(&mut self) {
+        let request = self.request;
+        if self.division().parts.len() != self.cpu() + 1 {
+            let (parts, chips) = (self.division().parts.len(), self.cpu());
+            self.refuse(format!(
+                "{parts} parts need the pins of {} chips, found those of {chips}",
+                parts.saturating_sub(1)
+            ));
+            return;
+        }
+        let ends = |pin: &dyn Fn(&super::ChipPins) -> Option<u32>| -> Vec<End> {
+            let all = request.chips.iter().enumerate();
+            all.filter_map(|(part, chip)| Some(End { part, pin: pin(chip)? })).collect()
+        };
+        let mut namer = Namer::new(&C);
+        self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
+        self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
+        self.connect_inputs(&mut namer);
+        self.connect_wires(&mut namer);
+        self.connect_outputs(&mut namer);
+    }
+
+    /// Adds a connection that the CPU drives, unless nothing reads it.
+    fn driven(&mut self, name: &str, carries: Carries, to: Vec<End>, namer: &mut Namer) {
+        if to.is_empty() {
+            return;
+        }
+        let from = End { part: self.cpu(), pin: NO_PIN };
+        let pull = Some(level_in_reset(self.request.net, carries));
+        self.connections.push(Connection { name: namer.name(name), carries, from, to, pull });
+    }
+
+    fn connect_inputs(&mut self, namer: &mut Namer) {
+        let request = self.request;
+        let mut ends: BTreeMap<(InputId, u32), Vec<End>> = BTreeMap::new();
+        for (part, chip) in request.chips.iter().enumerate() {
+            for signal in &chip.signals {
+                let Object::Input(input) = signal.object else { continue };
+                let Some(source) = source(&request.division.parts[part], input) else {
+                    self.refuse(format!(
+                        "`{}` is not an input of `{}`",
+                        signal.name, request.division.parts[part].name
+                    ));
+                    continue;
+                };
+                let Source::Input(input) = source else { continue };
+                let Some(declared) = request.net.inputs.get(input) else { continue };
+                if !declared.kind.is_handed() {
+                    self.refuse(format!(
+                        "a chip cannot read `{}`, which the CPU computes during its reaction",
+                        declared.name.text
+                    ));
+                    continue;
+                }
+                ends.entry((input, signal.bit)).or_default().push(End { part, pin: signal.pin });
+            }
+        }
+        for ((input, bit), to) in ends {
+            let declared = &request.net.inputs[input];
+            let name = bit_name(&declared.name.text, declared.ty.is_bool(), bit);
+            self.driven(&name, Carries::Input { input, bit }, to, namer);
+        }
+    }
+
+    fn connect_wires(&mut self, namer: &mut Namer) {
+        let request = self.request;
+        for wire in &request.division.wires {
+            let mut to = Vec::new();
+            for (part, input) in &wire.to {
+                if *part == self.cpu() {
+                    to.push(End { part: *part, pin: NO_PIN });
+                    continue;
+                }
+                // A chip whose logic does not depend on the wire has no pin for it.
+                let signals = request.chips.get(*part).map_or(&[][..], |chip| &chip.signals);
+                to.extend(
+                    pins_of(signals, Object::Input(*input)).map(|pin| End { part: *part, pin }),
+                );
+            }
+            let carries = Carries::Fires(wire.transition);
+            if wire.from == self.cpu() {
+                self.driven(&wire.name, carries, to, namer);
+                continue;
+            }
+            if to.is_empty() {
+                continue;
+            }
+            let signals = request.chips.get(wire.from).map_or(&[][..], |chip| &chip.signals);
+            match pins_of(signals, Object::Output(wire.output)).next() {
+                Some(pin) => {
+                    let from = End { part: wire.from, pin };
+                    let name = namer.name(&wire.name);
+                    self.connections.push(Connection { name, carries, from, to, pull: None });
+                }
+                None => self.refuse(format!(
+                    "`{}` has no pin for the wire `{}`",
+                    request.division.parts[wire.from].name, wire.name
+                )),
+            }
+        }
+    }
+
+    fn connect_outputs(&mut self, namer: &mut Namer) {
+        let request = self.request;
+        for (part, chip) in request.chips.iter().enumerate() {
+            for signal in &chip.signals {
+                let Object::Output(id) = signal.object else { continue };
+                let shown = request.division.parts[part].outputs.iter().find(|(one, _)| *one == id);
+                let Some((_, Shown::Output(output))) = shown else { continue };
+                let declared = &request.net.outputs[*output];
+                let name = bit_name(&declared.name.text, declared.ty.is_bool(), signal.bit);
+                let carries = Carries::Plant { output: *output, bit: signal.bit };
+                let from = End { part, pin: signal.pin };
+                self.connections.push(Connection {
+                    name: namer.name(&name),
+                    carries,
+                    from,
+                    to: Vec::new(),
+                    pull: None,
+                });
+            }
+        }
+    }
+
+    fn assign_pins(&mut self) {
+        let cpu = self.request.cpu;
+        let mut used: BTreeSet<u32> = BTreeSet::new();
+        let mut chosen: BTreeMap<ConnectionIndex, Pin> = BTreeMap::new();
+        for (signal, name) in &self.request.wanted {
+            let at = self
+                .connections
+                .iter()
+                .position(|one| one.name == *signal && self.end_of_cpu(one).is_some());
+            match (at, cpu.pin(name)) {
+                (None, _) => self.refuse(format!("the CPU has no connection `{signal}`")),
+                (_, None) => self.refuse(format!("`{}` has no usable pin `{name}`", cpu.name)),
+                (Some(at), Some(pin)) if used.insert(pin.number) => _ = chosen.insert(at, pin),
+                (_, Some(_)) => self.refuse(format!("pin `{name}` is requested for two signals")),
+            }
+        }
+        // What the CPU reads comes first, because it needs pins that a chip may drive.
+        let cpu_part = self.cpu();
+        let is_read = |one: &Connection| one.from.part != cpu_part;
+        let (reads, drives): (Vec<_>, Vec<_>) = (0..self.connections.len())
+            .filter(|at| {
+                !chosen.contains_key(at) && self.end_of_cpu(&self.connections[*at]).is_some()
+            })
+            .partition(|at| is_read(&self.connections[*at]));
+        let needed = reads.len() + drives.len() + used.len();
+        for (at, must_take_5v) in
+            reads.into_iter().map(|at| (at, true)).chain(drives.into_iter().map(|at| (at, false)))
+        {
+            if let Some(pin) = free_pin(cpu, &used, must_take_5v) {
+                used.insert(pin.number);
+                chosen.insert(at, pin);
+            }
+        }
+        if chosen.len() < needed {
+            let message = format!(
+                "the link needs {needed} pins of the CPU, but `{}` has {} that it can use",
+                cpu.name,
+                cpu.pins.len()
+            );
+            let help = "place more objects on one part, so that fewer signals connect the parts, or choose a CPU with more pins";
+            self.findings.push(Diagnostic::error(codes::PINS, message).help(help));
+        }
+        for (at, pin) in chosen {
+            let connection = &mut self.connections[at];
+            if connection.from.part == cpu_part {
+                connection.from.pin = pin.number;
+            }
+            for end in connection.to.iter_mut().filter(|end| end.part == cpu_part) {
+                end.pin = pin.number;
+            }
+        }
+    }
+
+    fn end_of_cpu(&self, connection: &Connection) -> Option<End> {
+        let mut ends = [connection.from].into_iter().chain(connection.to.iter().copied());
+        ends.find(|end| end.part == self.cpu())
+    }
+}
+
+/// The first pin that is free.
+fn free_pin(cpu: &Cpu, used: &BTreeSet<u32>, must_take_5v: bool) -> Option<Pin> {
+    let mut free = cpu.pins.iter().filter(|pin| !used.contains(&pin.number));
+    free.find(|pin| pin.takes_5v || !must_take_5v).copied()
+}
+
+fn source(part: &PartNet, input: InputId) -> Option<Source> {
+    part.inputs.iter().find(|(id, _)| *id == input).map(|(_, source)| *source)
+}
+
+fn pins_of(signals: &[ChipSignal], object: Object) -> impl Iterator<Item = u32> + '_ {
+    signals.iter().filter(move |signal| signal.object == object).map(|signal| signal.pin)
+}
+
+fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
+    if is_bool { name.to_owned() } else { format!("{name}_{bit}") }
+}
+
+/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that alone causes the emergency causes it, so that the
+/// outputs of the chips are safe.
+fn level_in_reset(net: &Net, carries: Carries) -> bool {
+    let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else {
+        return false;
+    };
+    let is_caused_by = |level| known(&emergency.condition, input, level) == Some(true);
+    is_caused_by(true) && !is_caused_by(false)
+}
+
+/// The value of a condition of which only one input is known; `None` if it depends on others.
+fn known(expr: &Expr, input: InputId, level: bool) -> Option<bool> {
+    let each = |all: &[Expr]| -> Vec<Option<bool>> {
+        all.iter().map(|one| known(one, input, level)).collect()
+    };
+    match &expr.kind {
+        ExprKind::Leaf(Leaf::Input(id)) if *id == input => Some(level),
+        ExprKind::Not(one) => known(one, input, level).map(|value| !value),
+        ExprKind::And(all) => {
+            let all = each(all);
+            if all.contains(&Some(false)) {
+                Some(false)
+            } else {
+                all.iter().all(Option::is_some).then_some(true)
+            }
+        }
+        ExprKind::Or(all) => {
+            let all = each(all);
+            if all.contains(&Some(true)) {
+                Some(true)
+            } else {
+                all.iter().all(Option::is_some).then_some(false)
+            }
+        }
+        _ => expr.as_constant().map(|value| value != 0),
+    }
+}
+
+/// The level in row 0, in which every input is 0 or the nearest value of its range.
+fn level_of_row_0(net: &Net, carries: Carries) -> bool {
+    let Carries::Input { input, bit } = carries else { return false };
+    let ty = net.inputs[input].ty;
+    let value = ty.saturate(0).abs_diff(ty.bounds().0);
+    value.checked_shr(bit).unwrap_or(0) & 1 == 1
+}
+
+/// The acts of a round: no `Settle` is there that nothing needs.
+fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
+    let cpu = request.chips.len();
+    let mut acts = vec![Act::Latch];
+    let Some(part) = request.division.parts.get(cpu) else { return acts };
+    for (to, source) in part.inputs.iter() {
+        if let Source::Input(from) = *source
+            && part.net.inputs[to].kind.is_handed()
+        {
+            acts.push(Act::Hand { from, to });
+        }
+    }
+    let all = || connections.iter().enumerate();
+    for (connection, one) in all().filter(|(_, one)| one.from.part == cpu) {
+        match one.carries {
+            Carries::Input { input, bit } => {
+                acts.push(Act::Put { connection, value: Put::Input { input, bit } })
+            }
+            Carries::Tick => acts.push(Act::Put { connection, value: Put::Tick }),
+            Carries::Clock | Carries::Fires(_) | Carries::Plant { .. } => {}
+        }
+    }
+    let mut is_unsettled = matches!(acts.last(), Some(Act::Put { .. }));
+    // The wires of a chip without such inputs depend on its state alone.
+    let follows = |chip: &PartIndex| {
+        let is_input =
+            |one: &Connection| matches!(one.carries, Carries::Input { .. } | Carries::Tick);
+        connections.iter().any(|one| is_input(one) && one.to.iter().any(|end| end.part == *chip))
+    };
+    let mut gets = Vec::new();
+    let mut is_followed = false;
+    for wire in &request.division.wires {
+        let carries = Carries::Fires(wire.transition);
+        let reader = wire.to.iter().find(|(part, _)| *part == cpu);
+        let (Some((_, to)), Some((connection, _))) =
+            (reader, all().find(|(_, one)| one.carries == carries))
+        else {
+            continue;
+        };
+        gets.push(Act::Get { connection, to: *to });
+        is_followed |= follows(&wire.from);
+    }
+    if is_unsettled && is_followed {
+        acts.push(Act::Settle);
+        is_unsettled = false;
+    }
+    acts.append(&mut gets);
+    acts.push(Act::React);
+    for wire in request.division.wires.iter().filter(|wire| wire.from == cpu) {
+        let carries = Carries::Fires(wire.transition);
+        if let Some((connection, _)) = all().find(|(_, one)| one.carries == carries) {
+            acts.push(Act::Put { connection, value: Put::Output(wire.output) });
+            is_unsettled = true;
+        }
+    }
+    if is_unsettled {
+        acts.push(Act::Settle);
+    }
+    if let Some((connection, _)) = all().find(|(_, one)| one.carries == Carries::Clock) {
+        acts.push(Act::Clock { connection });
+        acts.push(Act::Settle);
+    }
+    acts
+}

@@ -1,0 +1,233 @@
+//! The link between the parts of a split: which pins are connected, and what the CPU does with its pins in one round (semantics §10.3).
+//!
+//! ```text
+//! division, pins of the chips, a CPU ─ link ──► connections and acts, as data
+//!                                     check ─► the acts make one round, by an execution that shares no code with `link`
+//!                                     files ─► NAME_link.h, NAME_link.c, NAME_link_pins.h: printed from the acts
+//!                                     wiring ► wiring.md, wiring.svg: printed from the connections
+//! ```
+//!
+//! All parts get their inputs through the CPU, which latches them, and one clock signal goes to all chips.
+
+mod check;
+mod files;
+mod make;
+mod pins_text;
+mod wiring;
+
+use std::collections::BTreeMap;
+
+use grafsynth_ir::division::{Division, PartIndex};
+use grafsynth_ir::net::{InputId, Net, OutputId, TransitionId};
+
+use crate::cpu::Cpu;
+
+pub use check::{Breach, Why, check};
+pub use files::{File, files};
+pub use make::link;
+pub use wiring::{wiring_md, wiring_svg};
+
+/// What [`link`] needs.
+#[derive(Debug, Clone)]
+pub struct Request<'a> {
+    /// The net that was divided.
+    pub net: &'a Net,
+    /// The parts.
+    pub division: &'a Division,
+    /// The pins of each chip: one for each part except the last.
+    pub chips: &'a [ChipPins],
+    /// The microcontroller that runs the last part.
+    pub cpu: &'static Cpu,
+    /// The C of the last part.
+    pub names: CpuNames,
+    /// The prefix of the names of files and functions: `plant` gives `plant_link.c`.
+    pub name: String,
+    /// Pins of the CPU that the user chose: the name of a connection and that of the pin.
+    pub wanted: BTreeMap<String, String>,
+    /// The delays of the chips.
+    pub timing: Timing,
+}
+
+/// The delays that the CPU waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timing {
+    /// The longest time from an input or the clock of a chip to its outputs, in nanoseconds.
+    pub settle_ns: u32,
+    /// The longest time from power-up to the first state of a chip, in microseconds.
+    pub power_up_us: u32,
+}
+
+impl Default for Timing {
+    /// 100 ns and 10 ms: more than the data sheets of the supported devices allow.
+    fn default() -> Self {
+        Timing { settle_ns: 100, power_up_us: 10_000 }
+    }
+}
+
+/// The pins of a chip after fitting.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ChipPins {
+    /// The device, for the drawing.
+    pub device: String,
+    /// The signals of the design, without clock and tick.
+    pub signals: Vec<ChipSignal>,
+    /// The pin of the clock, active on the rising edge; `None` if nothing on the chip is registered.
+    pub clock: Option<u32>,
+    /// The pin that is 1 in a round in which a tick passes; `None` if the chip has no timer.
+    pub tick: Option<u32>,
+}
+
+/// A signal on a pin of a chip.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ChipSignal {
+    /// The name of the signal in the design of the chip.
+    pub name: String,
+    /// The pin.
+    pub pin: u32,
+    /// The object of the net of the part.
+    pub object: Object,
+    /// The bit of an integer, from 0; its pins carry the value minus the lower bound of its range.
+    pub bit: u32,
+}
+
+/// An input or output of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Object {
+    /// An input, in the net of the part.
+    Input(InputId),
+    /// An output, in the net of the part.
+    Output(OutputId),
+}
+
+/// The C names of the part on the CPU: the interface of `NAME_step`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct CpuNames {
+    /// The prefix: NAME in `NAME_step`.
+    pub prefix: String,
+    /// The header that declares it.
+    pub header: String,
+    /// The members of `NAME_in_t`: all inputs that the caller supplies. Without any, `NAME_step` has no parameter `in`.
+    pub inputs: BTreeMap<InputId, String>,
+    /// The members of `NAME_out_t`. Without any, `NAME_step` has no parameter `out`.
+    pub outputs: BTreeMap<OutputId, String>,
+    /// True if `NAME_step` has a parameter `self`.
+    pub has_instance: bool,
+    /// The type of the parameter `dt`, if there is one.
+    pub dt: Option<String>,
+}
+
+/// A pin of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct End {
+    /// The part; the last one is the CPU.
+    pub part: PartIndex,
+    /// The number of the pin on its package.
+    pub pin: u32,
+}
+
+/// What a connection carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Carries {
+    /// The clock of all chips.
+    Clock,
+    /// Whether a tick passes in the round.
+    Tick,
+    /// A bit of an input of the net, as latched for the round.
+    Input {
+        /// The input, in the net.
+        input: InputId,
+        /// The bit of the value minus the lower bound.
+        bit: u32,
+    },
+    /// Whether a transition fires in the round.
+    Fires(TransitionId),
+    /// A bit of an output of the net, from a chip to the plant.
+    Plant {
+        /// The output, in the net.
+        output: OutputId,
+        /// The bit of the value minus the lower bound.
+        bit: u32,
+    },
+}
+
+/// Pins that are connected.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Connection {
+    /// A name that no other connection has; a C identifier.
+    pub name: String,
+    /// What it carries.
+    pub carries: Carries,
+    /// The pin that drives it.
+    pub from: End,
+    /// The pins that read it; empty for an output to the plant.
+    pub to: Vec<End>,
+    /// The level while the CPU is in reset, given by a resistor, if the CPU drives it: a chip drives its own outputs.
+    pub pull: Option<bool>,
+}
+
+/// The index of a connection in [`Link::connections`].
+pub type ConnectionIndex = usize;
+
+/// What the CPU puts on a pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Put {
+    /// A bit of a latched input of the net, as in [`Carries::Input`].
+    Input {
+        /// The input, in the net.
+        input: InputId,
+        /// The bit of the value minus the lower bound.
+        bit: u32,
+    },
+    /// Whether `dt` is not 0.
+    Tick,
+    /// A Boolean output of the part on the CPU.
+    Output(OutputId),
+}
+
+/// A step of the CPU in a round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Act {
+    /// Copies all inputs of the net.
+    Latch,
+    /// Hands a latched input to the part on the CPU.
+    Hand {
+        /// The input of the net.
+        from: InputId,
+        /// The input of the part.
+        to: InputId,
+    },
+    /// Sets a pin.
+    Put {
+        /// The connection of the pin.
+        connection: ConnectionIndex,
+        /// The value.
+        value: Put,
+    },
+    /// Waits until the outputs of the chips have followed their inputs.
+    Settle,
+    /// Reads a pin.
+    Get {
+        /// The connection of the pin.
+        connection: ConnectionIndex,
+        /// The input of the part on the CPU that gets the value.
+        to: InputId,
+    },
+    /// Calls `NAME_step` of the part on the CPU.
+    React,
+    /// A pulse on the clock of all chips.
+    Clock {
+        /// The connection of the clock.
+        connection: ConnectionIndex,
+    },
+}
+
+/// The connections, and what the CPU does in each round.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// Clock, tick, inputs, wires, outputs to the plant.
+    pub connections: Vec<Connection>,
+    /// One round, in order.
+    pub acts: Vec<Act>,
+    /// What the CPU puts on its pins for row 0, in which all inputs are 0, where that is not the level in reset.
+    pub start: Vec<(ConnectionIndex, bool)>,
+}

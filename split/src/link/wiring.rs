@@ -1,0 +1,229 @@
+//! `wiring.md` and `wiring.svg`: which pin is connected to which.
+
+use std::fmt::Write;
+
+use super::{Carries, Connection, End, Link, Request};
+
+/// The wiring as a table: each connection with its pins, and the resistors.
+#[must_use]
+pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
+    let (name, cpu) = (&request.name, request.cpu);
+    let mut text = format!(
+        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}.\n\n",
+        cpu.name, cpu.package, cpu.supply
+    );
+    for (part, chip) in request.chips.iter().enumerate() {
+        _ = writeln!(
+            text,
+            "Chip {}: `{}`, `{}`.\n",
+            part + 1,
+            part_name(request, part),
+            chip.device
+        );
+    }
+    text += "| connection | carries | from | to | resistor |\n|---|---|---|---|---|\n";
+    for one in &link.connections {
+        let to: Vec<String> = one.to.iter().map(|end| pin_text(request, *end)).collect();
+        let to = if to.is_empty() { "the plant".to_owned() } else { to.join(", ") };
+        let resistor = match one.pull {
+            Some(true) => format!("{} Ω to the supply", cpu.pull_ohms),
+            Some(false) => format!("{} Ω to ground", cpu.pull_ohms),
+            None => "none".to_owned(),
+        };
+        let from = pin_text(request, one.from);
+        _ = writeln!(
+            text,
+            "| {} | {} | {from} | {to} | {resistor} |",
+            one.name,
+            carried(request, one)
+        );
+    }
+    let used: Vec<u32> = link
+        .connections
+        .iter()
+        .flat_map(|one| ends(one))
+        .filter(|end| end.part == request.chips.len())
+        .map(|end| end.pin)
+        .collect();
+    let free: Vec<String> = cpu
+        .pins
+        .iter()
+        .filter(|pin| !used.contains(&pin.number))
+        .map(|pin| format!("{} ({})", cpu.pin_name(*pin), pin.number))
+        .collect();
+    let free = if free.is_empty() { "none".to_owned() } else { free.join(", ") };
+    _ = writeln!(
+        text,
+        "\nFree pins of the CPU, for the inputs and outputs of the plant: {free}.\n"
+    );
+    text += "The resistors hold the inputs of the chips while the CPU is in reset: there is no clock edge then, so no chip changes its state.\n\
+             The chips start in their first states when they get their supply. A reset of the CPU alone does not reset them: switch the supply of all parts together.\n\
+             Inputs of the plant are connected to the CPU only. It latches them, so all parts see the same values.\n";
+    text
+}
+
+fn ends(one: &Connection) -> impl Iterator<Item = End> + '_ {
+    [one.from].into_iter().chain(one.to.iter().copied())
+}
+
+fn part_name<'r>(request: &'r Request<'_>, part: usize) -> &'r str {
+    request.division.parts.get(part).map_or("", |part| part.name.as_str())
+}
+
+/// A pin as people call it: `cpu PB0 (14)`, `chip1 5`.
+fn pin_text(request: &Request<'_>, end: End) -> String {
+    let name = part_name(request, end.part);
+    match request.cpu.pin_number(end.pin) {
+        Some(pin) if end.part == request.chips.len() => {
+            format!("{name} {} ({})", request.cpu.pin_name(pin), end.pin)
+        }
+        _ => format!("{name} {}", end.pin),
+    }
+}
+
+fn carried(request: &Request<'_>, one: &Connection) -> String {
+    let net = request.net;
+    match one.carries {
+        Carries::Clock => "clock of all chips".to_owned(),
+        Carries::Tick => "1 if a tick passes".to_owned(),
+        Carries::Input { input, bit } if net.inputs[input].ty.is_bool() => {
+            format!("input `{}`, bit {bit}", net.inputs[input].name.text).replace(", bit 0", "")
+        }
+        Carries::Input { input, bit } => {
+            format!("input `{}`, bit {bit}", net.inputs[input].name.text)
+        }
+        Carries::Fires(transition) => {
+            format!("transition `{}` fires", net.transitions[transition].name.text)
+        }
+        Carries::Plant { output, bit } => {
+            let declared = &net.outputs[output];
+            let bit = if declared.ty.is_bool() { String::new() } else { format!(", bit {bit}") };
+            format!("output `{}`{bit}", declared.name.text)
+        }
+    }
+}
+
+/// The height of a row of the drawing, and the places of its columns.
+const ROW: usize = 22;
+const CPU_LEFT: usize = 20;
+const CPU_RIGHT: usize = 190;
+const CHIP_LEFT: usize = 430;
+const CHIP_RIGHT: usize = 600;
+
+/// The wiring as a drawing: the CPU on the left, the chips on the right, and one horizontal line per pin, so that no lines cross.
+#[must_use]
+pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
+    let cpu = request.chips.len();
+    let mut body = String::new();
+    let mut y = 40;
+    for part in 0..cpu {
+        let top = y;
+        y += 2 * ROW;
+        for one in &link.connections {
+            for end in ends(one).filter(|end| end.part == part) {
+                row(&mut body, request, one, end, y);
+                y += ROW;
+            }
+        }
+        let title = format!("{} {}", part_name(request, part), request.chips[part].device);
+        package(&mut body, CHIP_LEFT, CHIP_RIGHT, (top, y), &title);
+        y += ROW;
+    }
+    package(
+        &mut body,
+        CPU_LEFT,
+        CPU_RIGHT,
+        (40, y.max(80) - ROW),
+        &format!("{} {}", part_name(request, cpu), request.cpu.name),
+    );
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"780\" height=\"{}\" viewBox=\"0 0 780 {0}\" font-family=\"sans-serif\" font-size=\"12\">\n{body}</svg>\n",
+        y + 20
+    )
+}
+
+fn package(
+    body: &mut String,
+    left: usize,
+    right: usize,
+    (top, bottom): (usize, usize),
+    title: &str,
+) {
+    let (width, height) = (right - left, bottom.saturating_sub(top));
+    _ = writeln!(
+        body,
+        "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"black\"/>"
+    );
+    _ = writeln!(
+        body,
+        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>",
+        (left + right) / 2,
+        top + 16,
+        escaped(title)
+    );
+}
+
+/// A pin of a chip: a line to the CPU on its left, or to the plant or another chip on its right.
+fn row(body: &mut String, request: &Request<'_>, one: &Connection, end: End, y: usize) {
+    let cpu = request.chips.len();
+    let is_driven = one.from == end;
+    let text_y = y + 4;
+    let name = escaped(&one.name);
+    let at_cpu = ends(one).find(|other| other.part == cpu);
+    let line = |from: usize, to: usize| {
+        format!("<line x1=\"{from}\" y1=\"{y}\" x2=\"{to}\" y2=\"{y}\" stroke=\"black\"/>")
+    };
+    if let Some(at_cpu) = at_cpu.filter(|at_cpu| is_driven || one.from == *at_cpu) {
+        _ = writeln!(body, "{}", line(CPU_RIGHT, CHIP_LEFT));
+        let pin = request
+            .cpu
+            .pin_number(at_cpu.pin)
+            .map(|pin| request.cpu.pin_name(pin))
+            .unwrap_or_default();
+        let arrow = if is_driven { format!("← {name}") } else { format!("{name} →") };
+        let middle = (CPU_RIGHT + CHIP_LEFT) / 2;
+        _ = writeln!(
+            body,
+            "<text x=\"{}\" y=\"{text_y}\" text-anchor=\"end\">{pin} ({})</text>",
+            CPU_RIGHT - 6,
+            at_cpu.pin
+        );
+        _ = writeln!(
+            body,
+            "<text x=\"{middle}\" y=\"{}\" text-anchor=\"middle\">{arrow}</text>",
+            y - 3
+        );
+        _ = writeln!(body, "<text x=\"{}\" y=\"{text_y}\">{}</text>", CHIP_LEFT + 6, end.pin);
+    }
+    let others: Vec<String> = if is_driven {
+        one.to
+            .iter()
+            .filter(|other| other.part != cpu)
+            .map(|other| pin_text(request, *other))
+            .collect()
+    } else if one.from.part != cpu {
+        vec![pin_text(request, one.from)]
+    } else {
+        Vec::new()
+    };
+    if at_cpu.is_none() || !others.is_empty() {
+        _ = writeln!(body, "{}", line(CHIP_RIGHT, CHIP_RIGHT + 30));
+        let label = if others.is_empty() {
+            name
+        } else {
+            format!("{name}: {}", escaped(&others.join(", ")))
+        };
+        let arrow = if is_driven { "→" } else { "←" };
+        _ = writeln!(
+            body,
+            "<text x=\"{}\" y=\"{text_y}\" text-anchor=\"end\">{}</text>",
+            CHIP_RIGHT - 6,
+            end.pin
+        );
+        _ = writeln!(body, "<text x=\"{}\" y=\"{text_y}\">{arrow} {label}</text>", CHIP_RIGHT + 36);
+    }
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}

@@ -1,0 +1,487 @@
+//! Links between the parts of a division: those of random divisions are one round, spoiled ones are refused, and their C does what the acts say.
+
+#![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
+#![allow(clippy::print_stdout, reason = "tests report what they did")]
+
+use crate::split::{division, features};
+use grafsynth_engines::tools;
+use grafsynth_ir::arena::Id;
+use grafsynth_ir::division::{Division, PartNet};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::Net;
+use grafsynth_split::cpu::{CPUS, Cpu, HOST};
+use grafsynth_split::link::{
+    Act, ChipPins, ChipSignal, Connection, CpuNames, Link, Object, Put, Request, Timing, check,
+    files, link, wiring_md, wiring_svg,
+};
+use grafsynth_tests::random_net::random_net;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// A chip with one pin after the other: the clock, the tick, and each bit of each signal.
+fn chip(part: &PartNet, has_tick: bool) -> ChipPins {
+    let mut chip = ChipPins { device: "test".to_owned(), clock: Some(1), ..ChipPins::default() };
+    chip.tick = has_tick.then_some(2);
+    let inputs = part.net.inputs.iter().map(|(id, it)| (Object::Input(id), &it.name, it.ty));
+    let outputs = part.net.outputs.iter().map(|(id, it)| (Object::Output(id), &it.name, it.ty));
+    for (object, name, ty) in inputs.chain(outputs) {
+        for bit in 0..ty.bits() {
+            let pin = 3 + u32::try_from(chip.signals.len()).unwrap();
+            chip.signals.push(ChipSignal { name: name.text.clone(), pin, object, bit });
+        }
+    }
+    chip
+}
+
+/// The C of the part on the CPU, with names that only these tests use.
+fn names(part: &PartNet) -> CpuNames {
+    let handed = part.net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
+    let shown = part.net.outputs.iter().filter(|(_, it)| !it.is_extern());
+    CpuNames {
+        prefix: "plant_cpu".to_owned(),
+        header: "plant_cpu.h".to_owned(),
+        inputs: handed.map(|(id, _)| (id, format!("i{}", id.index()))).collect(),
+        outputs: shown.map(|(id, _)| (id, format!("o{}", id.index()))).collect(),
+        has_instance: true,
+        dt: Some("uint16_t".to_owned()),
+    }
+}
+
+/// A random division with the pins of its chips.
+struct Case {
+    net: Net,
+    division: Division,
+    chips: Vec<ChipPins>,
+}
+
+impl Case {
+    fn new(seed: u64) -> Option<Case> {
+        let net = random_net(seed, &features(seed));
+        let division = division(&net, seed)?;
+        let (_, chips) = division.parts.split_last()?;
+        let chips = chips.iter().map(|part| chip(part, seed.is_multiple_of(2))).collect();
+        Some(Case { net: (*net).clone(), division, chips })
+    }
+
+    fn request(&self, cpu: &'static Cpu) -> Request<'_> {
+        Request {
+            net: &self.net,
+            division: &self.division,
+            chips: &self.chips,
+            cpu,
+            names: names(self.division.parts.last().unwrap()),
+            name: "plant".to_owned(),
+            wanted: BTreeMap::new(),
+            timing: Timing::default(),
+        }
+    }
+
+    /// Whether the acts and connections are accepted.
+    fn accepts(&self, acts: &[Act], connections: &[Connection]) -> bool {
+        check(acts, connections, &self.division, &self.chips).is_ok()
+    }
+}
+
+/// Links that are spoiled on purpose, with what was done.
+fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)> {
+    let mut all = Vec::new();
+    let acts = |change: &dyn Fn(&mut Vec<Act>)| {
+        let mut acts = link.acts.clone();
+        change(&mut acts);
+        acts
+    };
+    for (at, act) in link.acts.iter().enumerate() {
+        let mut spoil = |what: &str, acts: Vec<Act>| {
+            all.push((format!("{what} {at}: {act:?}"), acts, link.connections.clone()));
+        };
+        spoil("dropped", acts(&|acts| _ = acts.remove(at)));
+        let to_end = acts(&|acts| {
+            let act = acts.remove(at);
+            acts.push(act);
+        });
+        let to_start = acts(&|acts| {
+            let act = acts.remove(at);
+            acts.insert(0, act);
+        });
+        match *act {
+            Act::Latch | Act::React | Act::Clock { .. } => {
+                spoil("twice", acts(&|acts| acts.insert(at, *act)));
+                spoil("last", to_end);
+                if at > 0 {
+                    spoil("first", to_start);
+                }
+            }
+            Act::Hand { .. } => {
+                spoil("first", to_start);
+                spoil("last", to_end);
+            }
+            Act::Put { connection, value } => {
+                spoil("last", to_end);
+                if value != Put::Tick {
+                    spoil("first", to_start);
+                }
+                if let Put::Input { input, bit } = value {
+                    let value = Put::Input { input, bit: bit + 1 };
+                    spoil("another bit", acts(&|acts| acts[at] = Act::Put { connection, value }));
+                }
+            }
+            Act::Get { connection, to } => {
+                spoil("last", to_end);
+                let from = link.connections[connection].from.part;
+                let chip = &case.chips[from];
+                let net = &case.division.parts[from].inputs;
+                let is_input = |signal: &ChipSignal| match signal.object {
+                    Object::Input(id) => {
+                        matches!(net[id], grafsynth_ir::division::Source::Input(_))
+                    }
+                    Object::Output(_) => false,
+                };
+                if chip.tick.is_some() || chip.signals.iter().any(is_input) {
+                    spoil("first", to_start);
+                }
+                let other = link.acts.iter().find_map(|other| match *other {
+                    Act::Get { connection: other, to: place } if place != to => Some(other),
+                    _ => None,
+                });
+                if let Some(connection) = other {
+                    spoil("another wire", acts(&|acts| acts[at] = Act::Get { connection, to }));
+                }
+            }
+            Act::Settle => {}
+        }
+    }
+    let cpu = case.chips.len();
+    let ends: Vec<(usize, usize)> = (link.connections.iter().enumerate())
+        .filter_map(|(at, one)| Some((at, one.to.iter().position(|end| end.part != cpu)?)))
+        .collect();
+    for pair in ends.windows(2) {
+        let [(one, at), (other, there)] = *pair else { continue };
+        let mut swapped = link.connections.clone();
+        let end = swapped[one].to[at];
+        swapped[one].to[at] = swapped[other].to[there];
+        swapped[other].to[there] = end;
+        all.push((format!("readers of {one} and {other} swapped"), link.acts.clone(), swapped));
+        let mut open = link.connections.clone();
+        open[one].to.remove(at);
+        all.push((format!("a reader of {one} is open"), link.acts.clone(), open));
+    }
+    let drivers: Vec<usize> =
+        (0..link.connections.len()).filter(|at| link.connections[*at].from.part != cpu).collect();
+    for pair in drivers.windows(2) {
+        let mut swapped = link.connections.clone();
+        swapped[pair[0]].from = link.connections[pair[1]].from;
+        swapped[pair[1]].from = link.connections[pair[0]].from;
+        all.push((format!("drivers {pair:?} swapped"), link.acts.clone(), swapped));
+    }
+    all
+}
+
+#[test]
+fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
+    let (mut n_links, mut n_spoiled, mut n_refused) = (0, 0, 0);
+    for seed in 0..200 {
+        let Some(case) = Case::new(seed) else { continue };
+        let request = case.request(&HOST);
+        let made = match link(&request) {
+            Ok(made) => made,
+            Err(findings) => {
+                // Only too few pins, and functions that a chip cannot call, may prevent a link.
+                assert!(
+                    findings.iter().all(
+                        |one| one.message.contains("needs") || one.message.contains("computes")
+                    ),
+                    "seed {seed}: {findings:?}"
+                );
+                n_refused += 1;
+                continue;
+            }
+        };
+        if let Err(breach) = check(&made.acts, &made.connections, &case.division, &case.chips) {
+            panic!("seed {seed}: {breach}\n{made:#?}");
+        }
+        for (what, acts, connections) in spoiled(&case, &made) {
+            assert!(
+                !case.accepts(&acts, &connections),
+                "seed {seed} is accepted: {what}\n{made:#?}"
+            );
+            n_spoiled += 1;
+        }
+        n_links += 1;
+        if n_links == 60 {
+            break;
+        }
+    }
+    println!("{n_links} links, {n_spoiled} spoiled ones, {n_refused} divisions without a link");
+    assert!(n_links >= 50 && n_spoiled >= 100);
+}
+
+/// The header of a part on the CPU that only has the interface of emitted C.
+fn stub_header(case: &Case, names: &CpuNames) -> String {
+    let part = &case.division.parts.last().unwrap().net;
+    let ty = |ty: Type| if ty.is_bool() { "bool" } else { "int32_t" };
+    let mut text =
+        "#ifndef PLANT_CPU_H\n#define PLANT_CPU_H\n#include <stdbool.h>\n#include <stdint.h>\n"
+            .to_owned();
+    let mut parameters = "plant_cpu_t *self".to_owned();
+    text += "typedef struct { uint8_t state; } plant_cpu_t;\n";
+    let has_in = !names.inputs.is_empty();
+    if has_in {
+        let members: String = names
+            .inputs
+            .iter()
+            .map(|(id, name)| format!("{} {name}; ", ty(part.inputs[*id].ty)))
+            .collect();
+        _ = writeln!(text, "typedef struct {{ {members}}} plant_cpu_in_t;");
+        parameters += ", const plant_cpu_in_t *in";
+    }
+    parameters += ", uint16_t dt";
+    let mut of_init = "plant_cpu_t *self".to_owned();
+    if !names.outputs.is_empty() {
+        let members: String = names
+            .outputs
+            .iter()
+            .map(|(id, name)| format!("{} {name}; ", ty(part.outputs[*id].ty)))
+            .collect();
+        _ = writeln!(text, "typedef struct {{ {members}}} plant_cpu_out_t;");
+        parameters += ", plant_cpu_out_t *out";
+        of_init += ", plant_cpu_out_t *out";
+    }
+    _ = writeln!(
+        text,
+        "void plant_cpu_init({of_init});\nvoid plant_cpu_step({parameters});\n#endif"
+    );
+    text
+}
+
+/// The value of an input of the net in the round that the program runs.
+fn value_of(net: &Net, input: usize) -> i64 {
+    let (lo, hi) = net.inputs[Id::from_index(input)].ty.bounds();
+    lo + (5 + 7 * i64::try_from(input).unwrap()) % (hi - lo + 1)
+}
+
+/// A program that prints the accesses of one round, and what the acts say that it prints.
+fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
+    let net = &case.net;
+    let part = &case.division.parts.last().unwrap().net;
+    let cpu = case.chips.len();
+    let has_out = !names.outputs.is_empty();
+    let mut c = "#include \"plant_link.h\"\n#include <stdio.h>\nvoid plant_link_host_put(unsigned pin, bool level);\nbool plant_link_host_get(unsigned pin);\nvoid plant_link_host_settle(void);\n\
+        void plant_link_host_put(unsigned pin, bool level) { printf(\"put %u %d\\n\", pin, (int)level); }\n\
+        bool plant_link_host_get(unsigned pin) { printf(\"get %u\\n\", pin); return pin % 2U == 0U; }\n\
+        void plant_link_host_settle(void) { printf(\"settle\\n\"); }\n".to_owned();
+    let out = if has_out { ", plant_cpu_out_t *out" } else { "" };
+    _ = writeln!(
+        c,
+        "void plant_cpu_init(plant_cpu_t *self{out}) {{ self->state = 0U; {}}}",
+        if has_out { "(void)out; " } else { "" }
+    );
+    let input = if names.inputs.is_empty() { "" } else { ", const plant_cpu_in_t *in" };
+    _ = writeln!(
+        c,
+        "void plant_cpu_step(plant_cpu_t *self{input}, uint16_t dt{out}) {{\n(void)self;\nprintf(\"react %u\\n\", (unsigned)dt);"
+    );
+    for name in names.inputs.values() {
+        _ = writeln!(c, "printf(\"{name} %ld\\n\", (long)in->{name});");
+    }
+    for (id, name) in &names.outputs {
+        let value =
+            if part.outputs[*id].ty.is_bool() { ["false", "true"][id.index() % 2] } else { "1" };
+        _ = writeln!(c, "out->{name} = {value};");
+    }
+    c += "}\nint main(void) {\nplant_cpu_t self;\n";
+    let header = files(&case.request(&HOST), made).remove(0).text;
+    let has_in = header.contains("plant_link_in_t;");
+    if has_in {
+        c += "plant_link_in_t in;\n";
+        let mut members: Vec<usize> = made
+            .acts
+            .iter()
+            .filter_map(|act| match *act {
+                Act::Hand { from, .. } => Some(from.index()),
+                Act::Put { value: Put::Input { input, .. }, .. } => Some(input.index()),
+                _ => None,
+            })
+            .collect();
+        members.sort_unstable();
+        members.dedup();
+        // The members are in the order of the inputs of the net.
+        let body = header.split("typedef struct {").nth(1).unwrap().split('}').next().unwrap();
+        for (input, line) in members.into_iter().zip(body.trim().lines()) {
+            let name = line.trim().trim_end_matches(';').split(' ').nth(1).unwrap();
+            let value = value_of(net, input);
+            let value = if net.inputs[Id::from_index(input)].ty.is_bool() {
+                (value == 1).to_string()
+            } else {
+                value.to_string()
+            };
+            _ = writeln!(c, "in.{name} = {value};");
+        }
+    }
+    let args = |round: bool| {
+        [
+            "&self",
+            if round && has_in { "&in" } else { "" },
+            if round { "1" } else { "" },
+            if has_out { "&out" } else { "" },
+        ]
+        .into_iter()
+        .filter(|one| !one.is_empty())
+        .collect::<Vec<_>>()
+        .join(", ")
+    };
+    if has_out {
+        c += "plant_cpu_out_t out;\n";
+    }
+    _ = writeln!(
+        c,
+        "plant_link_init({});\nprintf(\"round\\n\");\nplant_link_round({});\nreturn 0;\n}}",
+        args(false),
+        args(true)
+    );
+
+    let mut wanted = String::new();
+    let mut handed: BTreeMap<usize, i64> = BTreeMap::new();
+    let pin = |at: usize| {
+        let one = &made.connections[at];
+        [one.from].iter().chain(&one.to).find(|end| end.part == cpu).unwrap().pin
+    };
+    for act in &made.acts {
+        match *act {
+            Act::Latch => {}
+            Act::Hand { from, to } => _ = handed.insert(to.index(), value_of(net, from.index())),
+            Act::Put { connection, value } => {
+                let level = match value {
+                    Put::Input { input, bit } => {
+                        let lo = net.inputs[input].ty.bounds().0;
+                        (value_of(net, input.index()) - lo) >> bit & 1
+                    }
+                    Put::Tick => 1,
+                    Put::Output(id) => i64::try_from(id.index() % 2).unwrap(),
+                };
+                _ = writeln!(wanted, "put {} {level}", pin(connection));
+            }
+            Act::Settle => wanted += "settle\n",
+            Act::Get { connection, to } => {
+                handed.insert(to.index(), i64::from(pin(connection) % 2 == 0));
+                _ = writeln!(wanted, "get {}", pin(connection));
+            }
+            Act::React => {
+                wanted += "react 1\n";
+                for id in names.inputs.keys() {
+                    _ = writeln!(wanted, "i{} {}", id.index(), handed[&id.index()]);
+                }
+            }
+            Act::Clock { connection } => {
+                let pin = pin(connection);
+                _ = write!(wanted, "put {pin} 1\nsettle\nput {pin} 0\n");
+            }
+        }
+    }
+    (c, wanted)
+}
+
+/// Writes the files of a link and the header of the part on the CPU.
+fn write(folder: &Path, case: &Case, request: &Request<'_>, made: &Link) {
+    for file in files(request, made) {
+        std::fs::write(folder.join(&file.name), &file.text).unwrap();
+    }
+    std::fs::write(folder.join("plant_cpu.h"), stub_header(case, &request.names)).unwrap();
+    let table = wiring_md(request, made);
+    assert!(made.connections.iter().all(|one| table.contains(&format!("| {} |", one.name))));
+    roxmltree::Document::parse(&wiring_svg(request, made)).unwrap();
+}
+
+const STRICT: [&str; 7] =
+    ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"];
+
+/// Compiles; `false` if the compiler is not here.
+fn compiles(compiler: &str, flags: &[&str], folder: &Path, what: &str) -> bool {
+    let Some(program) = tools::find(&[compiler]) else {
+        println!("skipped: no {compiler}");
+        return false;
+    };
+    let output = tools::run(&program, flags, folder, b"", LIMIT).unwrap();
+    assert!(
+        output.is_success,
+        "{what}: {}\n{}",
+        output.stderr,
+        std::fs::read_to_string(folder.join("plant_link_pins.h")).unwrap()
+    );
+    true
+}
+
+#[test]
+fn the_c_of_a_link_does_what_its_acts_say() {
+    let mut n_run = 0;
+    for seed in 0..60 {
+        let Some(case) = Case::new(seed) else { continue };
+        let request = case.request(&HOST);
+        let Ok(made) = link(&request) else { continue };
+        let puts = made.acts.iter().filter(|act| matches!(act, Act::Put { .. })).count();
+        let gets = made.acts.iter().filter(|act| matches!(act, Act::Get { .. })).count();
+        if puts < 2 || gets == 0 {
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), &case, &request, &made);
+        let (main, wanted) = program(&case, &request.names, &made);
+        std::fs::write(folder.path().join("main.c"), &main).unwrap();
+        let compiler = if n_run % 2 == 0 { "gcc" } else { "clang" };
+        let flags: Vec<&str> =
+            STRICT.into_iter().chain(["-o", "run", "main.c", "plant_link.c"]).collect();
+        if !compiles(compiler, &flags, folder.path(), &format!("seed {seed}")) {
+            continue;
+        }
+        let output =
+            tools::run(&folder.path().join("run"), &[] as &[&str], folder.path(), b"", LIMIT)
+                .unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let (_, round) = text.split_once("round\n").unwrap();
+        assert_eq!(round, wanted, "seed {seed}");
+        n_run += 1;
+        if n_run == 4 {
+            break;
+        }
+    }
+    println!("{n_run} programs run");
+}
+
+#[test]
+fn the_c_of_a_link_compiles_for_each_cpu() {
+    for cpu in CPUS {
+        let mut n_compiled = 0;
+        for seed in 0..60 {
+            let Some(case) = Case::new(seed) else { continue };
+            let request = case.request(cpu);
+            let Ok(made) = link(&request) else { continue };
+            if !made.acts.iter().any(|act| matches!(act, Act::Get { .. })) {
+                continue;
+            }
+            let folder = tempfile::tempdir().unwrap();
+            write(folder.path(), &case, &request, &made);
+            let (compiler, flags): (&str, &[&str]) = match cpu.name {
+                "atmega328p" => ("avr-gcc", &["-mmcu=atmega328p", "-Os", "-c", "plant_link.c"]),
+                "attiny85" => ("avr-gcc", &["-mmcu=attiny85", "-Os", "-c", "plant_link.c"]),
+                "stm32f103" => (
+                    "arm-none-eabi-gcc",
+                    &["-mcpu=cortex-m3", "-mthumb", "-Os", "-c", "plant_link.c"],
+                ),
+                _ => ("sdcc", &["-mmcs51", "--std-c99", "-c", "plant_link.c"]),
+            };
+            let strict: &[&str] = if compiler == "sdcc" { &[] } else { &STRICT };
+            let flags: Vec<&str> = strict.iter().chain(flags).copied().collect();
+            if !compiles(compiler, &flags, folder.path(), &format!("{}, seed {seed}", cpu.name)) {
+                break;
+            }
+            n_compiled += 1;
+            if n_compiled == 2 {
+                break;
+            }
+        }
+        println!("{}: {n_compiled} links compiled", cpu.name);
+    }
+}
