@@ -62,8 +62,10 @@ use grafsynth_c::SourceFile;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::instance::Representation;
-use grafsynth_ir::net::{ActionId, InputId, Net, OutputId, StepId, TimerId, TransitionId, VarId};
-use grafsynth_ir::{FileId, Span, Valid};
+use grafsynth_ir::net::{
+    ActionId, Input, InputId, Net, Output, OutputId, StepId, TimerId, TransitionId, VarId,
+};
+use grafsynth_ir::{FileId, IdMap, Span, Valid};
 
 /// The layout of Boolean inputs and outputs in `NAME_in_t` and `NAME_out_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -240,7 +242,35 @@ pub struct Package {
     contract: cost::Contract,
 }
 
+/// The names and types with which other C calls `NAME_step`.
+#[derive(Debug, Clone, Copy)]
+pub struct ReactionInterface<'p> {
+    /// NAME.
+    pub prefix: &'p str,
+    /// The members of `NAME_in_t`, if inputs are members.
+    pub inputs: &'p IdMap<Input, String>,
+    /// The members of `NAME_out_t`, if outputs are members.
+    pub outputs: &'p IdMap<Output, String>,
+    /// True if the functions have the parameter `self`.
+    pub has_instance: bool,
+    /// The type of the parameter `dt`, if there is one.
+    pub dt: Option<&'static str>,
+}
+
 impl Package {
+    /// How other C calls the reaction.
+    #[must_use]
+    pub fn reaction_interface(&self) -> ReactionInterface<'_> {
+        let (interface, names) = (&self.interface, &self.interface.names);
+        ReactionInterface {
+            prefix: &names.prefix,
+            inputs: &names.inputs,
+            outputs: &names.outputs,
+            has_instance: interface.has_instance,
+            dt: interface.ticks.map(|ticks| ticks.name()),
+        }
+    }
+
     /// The prefix of its file names.
     #[must_use]
     pub fn stem(&self) -> &str {

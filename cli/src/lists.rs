@@ -85,7 +85,10 @@ fn devices() -> Vec<(String, String)> {
 }
 
 fn parts() -> Vec<(String, String)> {
-    let cpus = CPUS.iter().map(|(name, machine)| ((*name).to_owned(), format!("CPU ({machine})")));
+    let cpus = CPUS.iter().map(|cpu| {
+        let (flash, ram) = (cpu.flash / 1024, cpu.ram);
+        (cpu.name.to_owned(), format!("CPU, {flash} KiB of flash, {ram} bytes of RAM"))
+    });
     devices().into_iter().chain(cpus).collect()
 }
 

@@ -48,13 +48,13 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
-    ("code lines of c and backend-c", 29_380),
-    ("code lines of ir", 20_430),
-    ("code lines of driver", 11_850),
-    ("code lines of all crates", 162_180),
-    ("functions above 80 lines", 96),
+    ("code lines of c and backend-c", 29_570),
+    ("code lines of ir", 20_600),
+    ("code lines of driver", 12_480),
+    ("code lines of all crates", 170_420),
+    ("functions above 80 lines", 99),
     ("circles of files", 0),
-    ("lines that list variants", 586),
+    ("lines that list variants", 647),
     ("text tests on emitted C", 3),
 ];
 

@@ -16,8 +16,8 @@ use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Source
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
-    ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part, Policy, Property,
-    PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId, Transition,
+    Forcing, ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part, Policy,
+    Property, PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId, Transition,
     TransitionId, TransitionKind, Var,
 };
 use grafsynth_ir::plan::following;
@@ -325,36 +325,8 @@ impl<'n> Copier<'n> {
             action.body = self.list(&action.body);
             part.actions.push(action);
         }
-        for id in self.new.outputs.keys() {
-            let mut output = net.outputs[*id].clone();
-            output.driver = self.driver(&output.driver);
-            part.outputs.push(output);
-        }
-        let mut outputs: Vec<Shown> =
-            self.new.outputs.keys().map(|id| Shown::Output(*id)).collect();
-        for (id, name) in self.wires {
-            if self.owners.transitions[*id] == self.part {
-                outputs.push(Shown::Fires(*id));
-                part.outputs.push(Output {
-                    name: Name::new(name.clone(), net.transitions[*id].name.span),
-                    ty: Type::Bool,
-                    driver: Driver::Fires(self.at(&self.new.transitions, *id)),
-                    safe: None,
-                    registered: false,
-                    meta: Meta::default(),
-                });
-            }
-        }
-        for forcing in &net.forcings {
-            if let Some(step) = self.new.steps.get(&forcing.step) {
-                let mut forcing = forcing.clone();
-                forcing.step = *step;
-                if let ForcingOrder::Situation(steps) = &mut forcing.order {
-                    steps.iter_mut().for_each(|step| *step = self.at(&self.new.steps, *step));
-                }
-                part.forcings.push(forcing);
-            }
-        }
+        let outputs = self.outputs(&mut part);
+        part.forcings = self.forcings();
         if part.outputs.values().any(|output| !matches!(output.driver, Driver::Fires(_))) {
             part.emergency = net.emergency.clone().map(|mut emergency| {
                 emergency.condition = self.expr(&emergency.condition);
@@ -378,6 +350,45 @@ impl<'n> Copier<'n> {
             outputs: IdMap::build(&part.outputs, |id, _| outputs[id.index()]),
             net: validate(part)?,
         })
+    }
+
+    /// Adds the outputs of the part, those of the net before those that are wires; returns what each shows.
+    fn outputs(&self, part: &mut Net) -> Vec<Shown> {
+        let net = self.net;
+        for id in self.new.outputs.keys() {
+            let mut output = net.outputs[*id].clone();
+            output.driver = self.driver(&output.driver);
+            part.outputs.push(output);
+        }
+        let mut outputs: Vec<Shown> =
+            self.new.outputs.keys().map(|id| Shown::Output(*id)).collect();
+        for (id, name) in self.wires {
+            if self.owners.transitions[*id] == self.part {
+                outputs.push(Shown::Fires(*id));
+                part.outputs.push(Output {
+                    name: Name::new(name.clone(), net.transitions[*id].name.span),
+                    ty: Type::Bool,
+                    driver: Driver::Fires(self.at(&self.new.transitions, *id)),
+                    safe: None,
+                    registered: false,
+                    meta: Meta::default(),
+                });
+            }
+        }
+        outputs
+    }
+
+    /// The forcing orders of steps of the part.
+    fn forcings(&self) -> Vec<Forcing> {
+        let own = |forcing: &Forcing| {
+            let mut forcing =
+                Forcing { step: *self.new.steps.get(&forcing.step)?, ..forcing.clone() };
+            if let ForcingOrder::Situation(steps) = &mut forcing.order {
+                steps.iter_mut().for_each(|step| *step = self.at(&self.new.steps, *step));
+            }
+            Some(forcing)
+        };
+        self.net.forcings.iter().filter_map(own).collect()
     }
 
     /// The new id of an object of this part.

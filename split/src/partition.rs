@@ -321,10 +321,16 @@ fn pins(net: &Net, groups: &Groups) -> Vec<InputGroup> {
             pins.extend(std::iter::repeat_n(pin, data.ty.bits() as usize));
         }
     }
+    // A step needs a macrocell on each part that has it or a copy of it.
+    let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
-        let pin = InputGroup { readers: vec![group] };
-        pins.extend(std::iter::repeat_n(pin, usize::try_from(cells(net, items)).unwrap_or(0)));
+        let all = Reads::of(net, items);
+        all.steps.iter().for_each(|step| present.entry(*step).or_default().push(group));
+        let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count();
+        let others = usize::try_from(cells(net, items)).unwrap_or(0).saturating_sub(steps);
+        pins.extend(std::iter::repeat_n(InputGroup { readers: vec![group] }, others));
     }
+    pins.extend(present.into_values().map(|readers| InputGroup { readers }));
     pins
 }
 

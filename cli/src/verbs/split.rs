@@ -9,7 +9,7 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::progress;
 use grafsynth_driver::codes;
-use grafsynth_driver::pipeline::{self, BuildOptions};
+use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
 use grafsynth_driver::split::{self, PartDevice, Place, Request, RequestedPart, Split};
@@ -73,7 +73,16 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         }
         know(session, net, &part.built.lines);
     }
-    finish(session, arguments, net, &stem, (split, &parts), made_of, found)
+    let link = match split::link(net, &split, &request) {
+        Ok(link) => link,
+        Err(errors) => {
+            found.extend(errors);
+            session.show(&found);
+            session.tell("nothing was written\n");
+            return Err(Stop::Errors);
+        }
+    };
+    finish(session, arguments, net, &stem, (split, &parts), (made_of, link), found)
 }
 
 /// Writes the files, all or none, and reports what is proved.
@@ -83,7 +92,7 @@ fn finish(
     net: &Valid<Net>,
     stem: &FileStem,
     (split, parts): (Split, &[RequestedPart]),
-    made_of: Vec<files::Hashed>,
+    (made_of, link): (Vec<files::Hashed>, Vec<OutputFile>),
     found: Vec<grafsynth_ir::Diagnostic>,
 ) -> Result<Exit, Stop> {
     let worst =
@@ -102,14 +111,13 @@ fn finish(
     };
     session.show(&found);
     if unwritten.is_none() {
-        let mut outputs = Vec::new();
-        for part in &split.parts {
-            outputs.extend(part.built.files.iter().map(|file| files::Output {
-                name: file.name.clone(),
-                bytes: file.text.clone().into_bytes(),
-                keep_existing: file.keep_existing,
-            }));
-        }
+        let of_parts = split.parts.iter().flat_map(|part| &part.built.files);
+        let written = of_parts.chain(&link).map(|file| files::Output {
+            name: file.name.clone(),
+            bytes: file.text.clone().into_bytes(),
+            keep_existing: file.keep_existing,
+        });
+        let mut outputs: Vec<files::Output> = written.collect();
         let text = split::write(net, &split, parts, arguments.minimise);
         let name = format!("{stem}.split");
         outputs.push(files::Output { name, bytes: text.into_bytes(), keep_existing: false });

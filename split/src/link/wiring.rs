@@ -41,7 +41,7 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     let used: Vec<u32> = link
         .connections
         .iter()
-        .flat_map(|one| ends(one))
+        .flat_map(ends)
         .filter(|end| end.part == request.chips.len())
         .map(|end| end.pin)
         .collect();

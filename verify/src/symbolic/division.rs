@@ -16,7 +16,7 @@
 use grafsynth_ir::Valid;
 use grafsynth_ir::division::{Division, PartNet, Shown, Source};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Driver, Evolution, Net, StepId};
+use grafsynth_ir::net::{Driver, Evolution, Net, StepId, TransitionId};
 use grafsynth_ir::program::Origin;
 
 use super::aig::{Aig, Lit};
@@ -181,7 +181,7 @@ impl Proof<'_> {
             cap(&mut maker.shape.timers[id.index()], whole.timers[old.index()]);
         }
         maker.aig = aig;
-        let done = self.with(&mut maker, net, part, (state, inputs), reset, next, fires);
+        let done = self.with(&mut maker, (net, part), (state, inputs), (reset, next), fires);
         *self.model.aig() = std::mem::replace(&mut maker.aig, Aig::new());
         let pairs = done?;
         for pair in pairs {
@@ -191,130 +191,45 @@ impl Proof<'_> {
     }
 
     /// The pairs of functions that must be equal, made in the graph of the part's maker.
-    #[allow(clippy::too_many_arguments, reason = "they are the two reactions of the net")]
     fn with(
-        &mut self,
+        &self,
         maker: &mut Maker<'_>,
-        net: &Net,
-        part: &PartNet,
+        (net, part): (&Net, &PartNet),
         (state, inputs): (&State, &Inputs),
-        reset: &Reaction,
-        next: &Reaction,
+        (reset, next): (&Reaction, &Reaction),
         fires: &[Lit],
     ) -> Result<Vec<Pair>, Failed> {
         let whole = &self.model.maker.shape;
-        let mut pairs = Vec::new();
         // 1. The reset.
         let own = maker.reset()?;
-        let given = seen(maker, whole, net, part, &reset.state)?;
-        let shape = maker.shape.clone();
-        let wanted = shape.bits(&part.net, &mut maker.aig, &given);
-        for (key, lit) in shape.bits(&part.net, &mut maker.aig, &own.state) {
-            if is_free(part, whole, key.0) {
-                continue;
-            }
-            pairs.push(Pair {
-                what: What::Bit(key),
-                wanted: wanted[&key],
-                given: lit,
-                at_reset: true,
-            });
-        }
-        for (id, shown) in part.outputs.iter() {
-            let wanted = match shown {
-                Shown::Output(old) => reset.outputs[old.index()].clone(),
-                Shown::Fires(_) => vec![Lit::FALSE],
-            };
-            for (wanted, given) in wanted.into_iter().zip(&own.outputs[id.index()]) {
-                pairs.push(Pair {
-                    what: What::Output(id.index()),
-                    wanted,
-                    given: *given,
-                    at_reset: true,
-                });
-            }
-        }
-        // 2. The wires do not depend on wires: whether the part's own transitions fire is a function of its state and the inputs of the net.
+        let of_reset = Wanted { net, whole, reaction: reset, fires: &[] };
+        let mut pairs = of_reset.pairs(maker, part, &own, true)?;
+        // 2. The wires do not depend on wires.
         let given = seen(maker, whole, net, part, state)?;
-        let mut own_inputs =
-            Inputs { values: Vec::new(), tick: inputs.tick, dt: inputs.dt.clone() };
-        let mut free = Vec::new();
-        for source in part.inputs.values() {
-            own_inputs.values.push(match source {
-                Source::Input(id) => inputs.values[id.index()].clone(),
-                Source::Fires(_) => {
-                    let lit = maker.aig.variable();
-                    free.push(lit);
-                    Value::Flag(lit)
-                }
-            });
-        }
-        let loose = maker.reaction(&given, &own_inputs)?;
-        for (id, shown) in part.outputs.iter() {
-            if let Shown::Fires(transition) = shown {
-                let support = maker
-                    .aig
-                    .support(&loose.outputs[id.index()], CONE)
-                    .ok_or_else(|| "the function of a wire is too large".to_owned())?;
-                if support.iter().any(|lit| free.contains(lit)) {
-                    let name = &net.transitions[*transition].name;
-                    return Err(Failed::Apart(Apart {
-                        what: format!("the wire of transition `{name}`"),
-                        when: "it depends on a wire of another part".to_owned(),
-                    }));
-                }
-            }
-        }
+        let mut own_inputs = independent(maker, net, part, &given, inputs)?;
         // 3. The reaction, if each wire shows whether its transition fires.
+        let fires_in_net = |id: TransitionId| fires.get(id.index()).copied().unwrap_or(Lit::FALSE);
         for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
             if let Source::Fires(id) = source {
-                *value = Value::Flag(fires.get(id.index()).copied().unwrap_or(Lit::FALSE));
+                *value = Value::Flag(fires_in_net(*id));
             }
         }
         // The lists run under what fires in the net, which makes most functions equal by construction; that the part decides the same is shown for each transition.
-        let claimed: Vec<Lit> = part
-            .transitions
-            .values()
-            .map(|old| fires.get(old.index()).copied().unwrap_or(Lit::FALSE))
-            .collect();
+        let claimed: Vec<Lit> = part.transitions.values().map(|old| fires_in_net(*old)).collect();
         maker.claimed = Some(claimed.clone());
         let own = maker.reaction(&given, &own_inputs)?;
         if maker.decided.len() != claimed.len() {
             return Err(Failed::Open("what fires in a part is not known".to_owned()));
         }
-        for (((id, _), given), wanted) in
-            part.transitions.iter().zip(maker.decided.clone()).zip(claimed)
-        {
-            let what = What::Decision(id.index());
-            pairs.push(Pair { what, wanted, given, at_reset: false });
-        }
-        let given = seen(maker, whole, net, part, &next.state)?;
-        let wanted = shape.bits(&part.net, &mut maker.aig, &given);
-        for (key, lit) in shape.bits(&part.net, &mut maker.aig, &own.state) {
-            if is_free(part, whole, key.0) {
-                continue;
-            }
-            pairs.push(Pair {
-                what: What::Bit(key),
-                wanted: wanted[&key],
-                given: lit,
-                at_reset: false,
-            });
-        }
-        for (id, shown) in part.outputs.iter() {
-            let wanted = match shown {
-                Shown::Output(old) => next.outputs[old.index()].clone(),
-                Shown::Fires(old) => vec![fires.get(old.index()).copied().unwrap_or(Lit::FALSE)],
-            };
-            for (wanted, given) in wanted.into_iter().zip(&own.outputs[id.index()]) {
-                pairs.push(Pair {
-                    what: What::Output(id.index()),
-                    wanted,
-                    given: *given,
-                    at_reset: false,
-                });
-            }
-        }
+        let decided = part.transitions.iter().zip(maker.decided.clone()).zip(claimed);
+        pairs.extend(decided.map(|(((id, _), given), wanted)| Pair {
+            what: What::Decision(id.index()),
+            wanted,
+            given,
+            at_reset: false,
+        }));
+        let of_next = Wanted { net, whole, reaction: next, fires };
+        pairs.extend(of_next.pairs(maker, part, &own, false)?);
         Ok(pairs)
     }
 
@@ -344,6 +259,95 @@ impl Proof<'_> {
             }
             None => Err(Failed::Open(format!("{what} is too hard to compare"))),
         }
+    }
+}
+
+/// The inputs of a part with a free variable for each wire, after showing that no wire of the part depends on one: whether its own transitions fire is a
+/// function of its state and the inputs of the net.
+fn independent(
+    maker: &mut Maker<'_>,
+    net: &Net,
+    part: &PartNet,
+    given: &State,
+    inputs: &Inputs,
+) -> Result<Inputs, Failed> {
+    let mut own = Inputs { values: Vec::new(), tick: inputs.tick, dt: inputs.dt.clone() };
+    let mut free = Vec::new();
+    for source in part.inputs.values() {
+        own.values.push(match source {
+            Source::Input(id) => inputs.values[id.index()].clone(),
+            Source::Fires(_) => {
+                let lit = maker.aig.variable();
+                free.push(lit);
+                Value::Flag(lit)
+            }
+        });
+    }
+    let loose = maker.reaction(given, &own)?;
+    for (id, shown) in part.outputs.iter() {
+        let Shown::Fires(transition) = shown else { continue };
+        let support = maker
+            .aig
+            .support(&loose.outputs[id.index()], CONE)
+            .ok_or_else(|| "the function of a wire is too large".to_owned())?;
+        if support.iter().any(|lit| free.contains(lit)) {
+            let name = &net.transitions[*transition].name;
+            return Err(Failed::Apart(Apart {
+                what: format!("the wire of transition `{name}`"),
+                when: "it depends on a wire of another part".to_owned(),
+            }));
+        }
+    }
+    Ok(own)
+}
+
+/// A reaction of the net, as the parts must show it.
+struct Wanted<'a> {
+    net: &'a Net,
+    whole: &'a Shape,
+    reaction: &'a Reaction,
+    /// What fires; empty at reset.
+    fires: &'a [Lit],
+}
+
+impl Wanted<'_> {
+    /// State and outputs of the part beside those of the net.
+    fn pairs(
+        &self,
+        maker: &mut Maker<'_>,
+        part: &PartNet,
+        own: &Reaction,
+        at_reset: bool,
+    ) -> Result<Vec<Pair>, Failed> {
+        let given = seen(maker, self.whole, self.net, part, &self.reaction.state)?;
+        let shape = maker.shape.clone();
+        let wanted = shape.bits(&part.net, &mut maker.aig, &given);
+        let own_bits = shape.bits(&part.net, &mut maker.aig, &own.state);
+        let bits = own_bits.into_iter().filter(|(key, _)| !is_free(part, self.whole, key.0));
+        let mut pairs: Vec<Pair> = bits
+            .map(|(key, given)| Pair {
+                what: What::Bit(key),
+                wanted: wanted[&key],
+                given,
+                at_reset,
+            })
+            .collect();
+        for (id, shown) in part.outputs.iter() {
+            let wanted = match shown {
+                Shown::Output(old) => self.reaction.outputs[old.index()].clone(),
+                Shown::Fires(old) => {
+                    vec![self.fires.get(old.index()).copied().unwrap_or(Lit::FALSE)]
+                }
+            };
+            let codes = wanted.into_iter().zip(&own.outputs[id.index()]);
+            pairs.extend(codes.map(|(wanted, given)| Pair {
+                what: What::Output(id.index()),
+                wanted,
+                given: *given,
+                at_reset,
+            }));
+        }
+        Ok(pairs)
     }
 }
 
