@@ -30,7 +30,7 @@ fn chip(part: &PartNet, has_tick: bool) -> ChipPins {
     let outputs = part.net.outputs.iter().map(|(id, it)| (Object::Output(id), &it.name, it.ty));
     for (object, name, ty) in inputs.chain(outputs) {
         for bit in 0..ty.bits() {
-            let pin = 3 + u32::try_from(chip.signals.len()).unwrap();
+            let pin = 3 + u32::try_from(chip.signals.len()).expect("it is there");
             chip.signals.push(ChipSignal { name: name.text.clone(), pin, object, bit });
         }
     }
@@ -73,7 +73,7 @@ impl Case {
             division: &self.division,
             chips: &self.chips,
             cpu,
-            names: names(self.division.parts.last().unwrap()),
+            names: names(self.division.parts.last().expect("it is there")),
             name: "plant".to_owned(),
             wanted: BTreeMap::new(),
             timing: Timing::default(),
@@ -221,7 +221,7 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
 
 /// The header of a part on the CPU that only has the interface of emitted C.
 fn stub_header(case: &Case, names: &CpuNames) -> String {
-    let part = &case.division.parts.last().unwrap().net;
+    let part = &case.division.parts.last().expect("it is there").net;
     let ty = |ty: Type| if ty.is_bool() { "bool" } else { "int32_t" };
     let mut text =
         "#ifndef PLANT_CPU_H\n#define PLANT_CPU_H\n#include <stdbool.h>\n#include <stdint.h>\n"
@@ -260,13 +260,13 @@ fn stub_header(case: &Case, names: &CpuNames) -> String {
 /// The value of an input of the net in the round that the program runs.
 fn value_of(net: &Net, input: usize) -> i64 {
     let (lo, hi) = net.inputs[Id::from_index(input)].ty.bounds();
-    lo + (5 + 7 * i64::try_from(input).unwrap()) % (hi - lo + 1)
+    lo + (5 + 7 * i64::try_from(input).expect("it is there")) % (hi - lo + 1)
 }
 
 /// A program that prints the accesses of one round, and what the acts say that it prints.
 fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
     let net = &case.net;
-    let part = &case.division.parts.last().unwrap().net;
+    let part = &case.division.parts.last().expect("it is there").net;
     let cpu = case.chips.len();
     let has_out = !names.outputs.is_empty();
     let mut c = "#include \"plant_link.h\"\n#include <stdio.h>\nvoid plant_link_host_put(unsigned pin, bool level);\nbool plant_link_host_get(unsigned pin);\nvoid plant_link_host_settle(void);\n\
@@ -309,9 +309,15 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
         members.sort_unstable();
         members.dedup();
         // The members are in the order of the inputs of the net.
-        let body = header.split("typedef struct {").nth(1).unwrap().split('}').next().unwrap();
+        let body = header
+            .split("typedef struct {")
+            .nth(1)
+            .expect("it is there")
+            .split('}')
+            .next()
+            .expect("it is there");
         for (input, line) in members.into_iter().zip(body.trim().lines()) {
-            let name = line.trim().trim_end_matches(';').split(' ').nth(1).unwrap();
+            let name = line.trim().trim_end_matches(';').split(' ').nth(1).expect("it is there");
             let value = value_of(net, input);
             let value = if net.inputs[Id::from_index(input)].ty.is_bool() {
                 (value == 1).to_string()
@@ -347,7 +353,7 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
     let mut handed: BTreeMap<usize, i64> = BTreeMap::new();
     let pin = |at: usize| {
         let one = &made.connections[at];
-        [one.from].iter().chain(&one.to).find(|end| end.part == cpu).unwrap().pin
+        [one.from].iter().chain(&one.to).find(|end| end.part == cpu).expect("it is there").pin
     };
     for act in &made.acts {
         match *act {
@@ -360,7 +366,7 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
                         (value_of(net, input.index()) - lo) >> bit & 1
                     }
                     Put::Tick => 1,
-                    Put::Output(id) => i64::try_from(id.index() % 2).unwrap(),
+                    Put::Output(id) => i64::try_from(id.index() % 2).expect("it is there"),
                 };
                 _ = writeln!(wanted, "put {} {level}", pin(connection));
             }
@@ -387,12 +393,13 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
 /// Writes the files of a link and the header of the part on the CPU.
 fn write(folder: &Path, case: &Case, request: &Request<'_>, made: &Link) {
     for file in files(request, made) {
-        std::fs::write(folder.join(&file.name), &file.text).unwrap();
+        std::fs::write(folder.join(&file.name), &file.text).expect("it is there");
     }
-    std::fs::write(folder.join("plant_cpu.h"), stub_header(case, &request.names)).unwrap();
+    std::fs::write(folder.join("plant_cpu.h"), stub_header(case, &request.names))
+        .expect("it is there");
     let table = wiring_md(request, made);
     assert!(made.connections.iter().all(|one| table.contains(&format!("| {} |", one.name))));
-    roxmltree::Document::parse(&wiring_svg(request, made)).unwrap();
+    roxmltree::Document::parse(&wiring_svg(request, made)).expect("it is there");
 }
 
 const STRICT: [&str; 7] =
@@ -404,12 +411,12 @@ fn compiles(compiler: &str, flags: &[&str], folder: &Path, what: &str) -> bool {
         println!("skipped: no {compiler}");
         return false;
     };
-    let output = tools::run(&program, flags, folder, b"", LIMIT).unwrap();
+    let output = tools::run(&program, flags, folder, b"", LIMIT).expect("it is there");
     assert!(
         output.is_success,
         "{what}: {}\n{}",
         output.stderr,
-        std::fs::read_to_string(folder.join("plant_link_pins.h")).unwrap()
+        std::fs::read_to_string(folder.join("plant_link_pins.h")).expect("it is there")
     );
     true
 }
@@ -426,10 +433,10 @@ fn the_c_of_a_link_does_what_its_acts_say() {
         if puts < 2 || gets == 0 {
             continue;
         }
-        let folder = tempfile::tempdir().unwrap();
+        let folder = tempfile::tempdir().expect("it is there");
         write(folder.path(), &case, &request, &made);
         let (main, wanted) = program(&case, &request.names, &made);
-        std::fs::write(folder.path().join("main.c"), &main).unwrap();
+        std::fs::write(folder.path().join("main.c"), &main).expect("it is there");
         let compiler = if n_run % 2 == 0 { "gcc" } else { "clang" };
         let flags: Vec<&str> =
             STRICT.into_iter().chain(["-o", "run", "main.c", "plant_link.c"]).collect();
@@ -438,9 +445,9 @@ fn the_c_of_a_link_does_what_its_acts_say() {
         }
         let output =
             tools::run(&folder.path().join("run"), &[] as &[&str], folder.path(), b"", LIMIT)
-                .unwrap();
-        let text = String::from_utf8(output.stdout).unwrap();
-        let (_, round) = text.split_once("round\n").unwrap();
+                .expect("it is there");
+        let text = String::from_utf8(output.stdout).expect("it is there");
+        let (_, round) = text.split_once("round\n").expect("it is there");
         assert_eq!(round, wanted, "seed {seed}");
         n_run += 1;
         if n_run == 4 {
@@ -461,7 +468,7 @@ fn the_c_of_a_link_compiles_for_each_cpu() {
             if !made.acts.iter().any(|act| matches!(act, Act::Get { .. })) {
                 continue;
             }
-            let folder = tempfile::tempdir().unwrap();
+            let folder = tempfile::tempdir().expect("it is there");
             write(folder.path(), &case, &request, &made);
             let (compiler, flags): (&str, &[&str]) = match cpu.name {
                 "atmega328p" => ("avr-gcc", &["-mmcu=atmega328p", "-Os", "-c", "plant_link.c"]),
