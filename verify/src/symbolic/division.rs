@@ -28,8 +28,8 @@ use super::{CONE, Model};
 use crate::limits::Limits;
 use crate::verdict::{Open, Scope, Verdict};
 
-/// The largest `dt` that the proof covers if a row can take several ticks.
-const LONGEST: i64 = 65_535;
+/// The bits of `dt` if a row can take several ticks: [`grafsynth_sim::MAX_DT`] is the largest.
+const BITS_OF_DT: u32 = grafsynth_sim::MAX_DT.count_ones();
 
 /// The proof that the parts are the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -104,11 +104,10 @@ fn prove(
     let mut model = Model::of(net, None, limits)?;
     let (state, mut inputs) = (model.state.clone(), model.inputs.clone());
     if !one_tick {
-        let bits: Vec<Lit> = (0..16).map(|_| model.aig().variable()).collect();
+        let bits: Vec<Lit> = (0..BITS_OF_DT).map(|_| model.aig().variable()).collect();
         inputs.dt = Some(Number::from_code(model.aig(), &bits, 0));
         inputs.tick = Lit::TRUE;
     }
-    debug_assert_eq!(LONGEST, 0xFFFF);
     let reset = model.maker.reset()?;
     let next = model.maker.reaction(&state, &inputs)?;
     let fires = model.maker.fired.first().cloned().unwrap_or_default();
@@ -130,12 +129,18 @@ fn prove(
 /// Checks that each output of the net is an output of a part, each step and variable is in the state of a part, and each wire has a driver.
 fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
     let missing = |what: String| Failed::Apart(Apart { what, when: "no part has it".to_owned() });
-    let shown = |wanted: Shown| {
-        division.parts.iter().any(|part| part.outputs.values().any(|shown| *shown == wanted))
+    let twice =
+        |what: String| Failed::Apart(Apart { what, when: "two parts drive it".to_owned() });
+    let drivers = |wanted: Shown| {
+        let outputs = division.parts.iter().flat_map(|part| part.outputs.values());
+        outputs.filter(|shown| **shown == wanted).count()
     };
     for (id, output) in net.outputs.iter() {
-        if !shown(Shown::Output(id)) {
-            return Err(missing(format!("output `{}`", output.name)));
+        match drivers(Shown::Output(id)) {
+            0 => return Err(missing(format!("output `{}`", output.name))),
+            1 => {}
+            // Two drivers would be equal, but a function would be called twice.
+            _ => return Err(twice(format!("output `{}`", output.name))),
         }
     }
     for (id, step) in net.steps.iter() {
@@ -150,7 +155,7 @@ fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
     }
     for source in division.parts.iter().flat_map(|part| part.inputs.values()) {
         if let Source::Fires(id) = source
-            && !shown(Shown::Fires(*id))
+            && drivers(Shown::Fires(*id)) != 1
         {
             return Err(missing(format!("the wire of transition `{}`", net.transitions[*id].name)));
         }
