@@ -92,7 +92,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("split", 0, 0, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 1, 1, "bad.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 2, 1, "impossible.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
-    ("split", 2, 1, "large.graf --part chip=gal16v8 --part cpu=atmega328p --place n=chip -o out"),
+    ("split", 2, 1, "stable.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16v8 -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16w8 --part cpu=atmega328p -o out"),
     (
@@ -267,6 +267,10 @@ fn files(folder: &Path) {
         .map(|n| format!("    step s{n} {{ Q{n} }}\n    s{n} -> s{} when a\n", (n + 1) % 30))
         .collect();
     let steps = steps.replacen("    step s0", "    initial step s0", 1);
+    put(
+        "stable.graf",
+        "chart settles {\n    evolution stable\n    input i\n    output R\n    initial step s\n    step r { R }\n    s -> r when i\n    r -> s when not i\n}\n",
+    );
     put(
         "large.graf",
         &format!("chart large {{\n    input a\n    output {}\n{steps}}}\n", outputs.join(", ")),

@@ -116,6 +116,8 @@ impl Reaction<'_> {
 
     /// Marks the open mealy outputs of row 0. Such an output shows the cell for the reset situation with all inputs 0; the output is open if that cell is open.
     fn evaluate_open_mealy_outputs(&mut self) {
+        // A wire of a chip already shows what fires in the first round.
+        self.row.open.outputs.extend(self.tables.firings.iter().map(|(output, _)| *output));
         for open in &self.net.unspecified {
             if let OpenCell::Output(output) = open.what
                 && matches!(self.net.outputs[output].driver, Driver::Mealy(_))

@@ -1,8 +1,6 @@
 //! Extreme and malformed problems, warm starts, and solving again after a fit failed.
 
-mod common;
-
-use common::{Prng, random_problem, series, three_parts};
+use crate::common::{Prng, random_problem, series, three_parts};
 use grafsynth_split::solve::{
     Choice, Constraint, Forbidden, InputGroup, Limits, Node, Outcome, Part, Problem, Wire,
     alternatives, evaluate, solve,

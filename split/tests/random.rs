@@ -1,8 +1,6 @@
 //! Random small problems, compared with all their placements.
 
-mod common;
-
-use common::{Prng, random_problem};
+use crate::common::{Prng, random_problem};
 use grafsynth_split::solve::{
     Alternative, Conflict, Constraint, Limits, Outcome, PartIndex, Problem, alternatives, evaluate,
     improve, solve,

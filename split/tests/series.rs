@@ -1,8 +1,6 @@
 //! Problems of known optimum, up to thousands of nodes.
 
-mod common;
-
-use common::series;
+use crate::common::series;
 use grafsynth_split::solve::{Limits, Outcome, evaluate, improve, solve};
 
 /// The optima of the series, found by two other solvers.

@@ -212,8 +212,8 @@ fn a_wrong_reset_or_a_wrong_loop_is_not_proved() {
     for (old, new, why) in [
         ("self->fault = false;", "self->fault = true;", "after `own_init`"),
         ("self->external_length = 0;", "self->external_length = 1;", "after `own_init`"),
-        ("self->internal_length = 0;", "", "has no value"),
-        ("self->external[0] = 0;", "", "has no value"),
+        ("self->internal_length = 0;", "", "is not set"),
+        ("self->external[0] = 0;", "", "is not set"),
         (
             "self->drive = OWN_low;\n    self->request",
             "self->drive = OWN_going;\n    self->request",

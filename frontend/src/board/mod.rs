@@ -109,10 +109,10 @@ mod tests {
     fn every_mistake_is_reported() {
         let (found, findings) = parse(
             FileId(0),
-            "devise gal { a 1 }\ndevice gal { a b 2 }\nplace p on moon\nplace q on cpu\n}",
+            "devise gal { a 1 }\ndevice gal { a b 2 }\nplace p on 7\nplace q on cpu\n}",
         );
         let codes: Vec<&str> = findings.iter().map(|f| f.code.id).collect();
-        assert_eq!(codes, ["G0104", "G0101", "G0104", "G0101"]);
+        assert_eq!(codes, ["G0104", "G0101", "G0101", "G0101"]);
         assert_eq!((found.boards.len(), found.places.len()), (1, 1));
     }
 }

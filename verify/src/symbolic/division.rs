@@ -129,8 +129,7 @@ fn prove(
 /// Checks that each output of the net is an output of a part, each step and variable is in the state of a part, and each wire has a driver.
 fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
     let missing = |what: String| Failed::Apart(Apart { what, when: "no part has it".to_owned() });
-    let twice =
-        |what: String| Failed::Apart(Apart { what, when: "two parts drive it".to_owned() });
+    let twice = |what: String| Failed::Apart(Apart { what, when: "two parts drive it".to_owned() });
     let drivers = |wanted: Shown| {
         let outputs = division.parts.iter().flat_map(|part| part.outputs.values());
         outputs.filter(|shown| **shown == wanted).count()

@@ -135,6 +135,10 @@ fn prove(
         let PinRole::Output(id, bit) = pin.role else { continue };
         let output = &net.outputs[id];
         let is_call = output.is_extern();
+        // What a part of a split shows to other parts is no output of the plant.
+        if !is_call && !output.is_forced() {
+            continue;
+        }
         if is_call && called.contains_key(&id) {
             continue;
         }

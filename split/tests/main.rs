@@ -1,0 +1,6 @@
+//! The tests of the partition solver, in one program that is linked once.
+
+mod common;
+mod limits;
+mod random;
+mod series;
