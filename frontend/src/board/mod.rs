@@ -113,6 +113,6 @@ mod tests {
         );
         let codes: Vec<&str> = findings.iter().map(|f| f.code.id).collect();
         assert_eq!(codes, ["G0104", "G0101", "G0101", "G0101"]);
-        assert_eq!((found.boards.len(), found.places.len()), (1, 1));
+        assert_eq!((found.boards.len(), found.places.len()), (1, 2));
     }
 }
