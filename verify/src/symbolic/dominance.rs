@@ -136,10 +136,7 @@ fn prove(
         let output = &net.outputs[id];
         let is_call = output.is_extern();
         // What a part of a split shows to other parts is no output of the plant.
-        if !is_call && !output.is_forced() {
-            continue;
-        }
-        if is_call && called.contains_key(&id) {
+        if if is_call { called.contains_key(&id) } else { !output.is_forced() } {
             continue;
         }
         if pin.registered.is_some() {
