@@ -1,7 +1,7 @@
 //! Microcontrollers as data: the pins to which a chip can be wired, and the figures that decide whether a part fits.
 //!
-//! Sizes of memories and addresses are those of the headers of avr-libc and SDCC and of the data sheets' titles. The numbers of the pins of `stm32f103` were compared
-//! with the symbols of the 48-pin STM32F1 in the `KiCad` library; those of the others are from memory, as are the lists of pins that tolerate 5 V.
+//! Each constant names the sources of its figures, and the wiring table repeats them, because a figure from memory must be compared with the data sheet before
+//! anything is wired.
 
 /// How the pins of a microcontroller are set and read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -232,7 +232,7 @@ const AT89S52: Cpu = Cpu {
     machine: "8051",
     family: Family::Mcs51,
     pull_ohms: 3300,
-    source: "addresses of ports: SDCC 8051.h; all else: from memory",
+    source: "all figures: from memory",
 };
 
 /// The microcontrollers.

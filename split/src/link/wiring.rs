@@ -9,8 +9,8 @@ use super::{Carries, Connection, End, Link, Request};
 pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     let (name, cpu) = (&request.name, request.cpu);
     let mut text = format!(
-        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}.\n\n",
-        cpu.name, cpu.package, cpu.supply
+        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of its figures: {}. Compare what is from memory with the data sheet before you wire it.\n\n",
+        cpu.name, cpu.package, cpu.supply, cpu.source
     );
     for (part, chip) in request.chips.iter().enumerate() {
         _ = writeln!(
