@@ -34,7 +34,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     }
     let written = match &arguments.with {
         None => split::Written::default(),
-        Some(path) => partition_file(session, path)?,
+        Some(path) => partition_file(path)?,
     };
     let parts = parts(arguments, &written)?;
     let places = places(session, net, arguments, &written, &parts)?;
@@ -120,7 +120,9 @@ fn finish(
         let mut outputs: Vec<files::Output> = written.collect();
         let text = split::write(net, &split, parts, arguments.minimise);
         let name = format!("{stem}.split");
-        outputs.push(files::Output { name, bytes: text.into_bytes(), keep_existing: false });
+        // A partition that the user gave, perhaps edited, is not overwritten.
+        let keep_existing = arguments.with.is_some();
+        outputs.push(files::Output { name, bytes: text.into_bytes(), keep_existing });
         let read = session.paths();
         let folder = &arguments.output;
         files::Plan { folder, stem: stem.as_str(), made_of, read, outputs }.write()?;
@@ -189,9 +191,8 @@ fn options(arguments: &Arguments, stem: &FileStem) -> BuildOptions {
     }
 }
 
-fn partition_file(session: &mut Session, path: &str) -> Result<split::Written, Stop> {
+fn partition_file(path: &str) -> Result<split::Written, Stop> {
     let text = files::read_text(path, 1 << 20).map_err(Stop::Input)?;
-    let _ = &session;
     split::read(&text).map_err(|wrong| {
         let lines: Vec<String> =
             wrong.into_iter().map(|(line, what)| format!("{path}:{line}: {what}")).collect();
@@ -217,6 +218,11 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
         if name.is_empty() || !name.chars().all(is_word) {
             return Err(Stop::Usage(format!(
                 "the name of a part must consist of letters, digits and `_`, but `{name}` does not"
+            )));
+        }
+        if ["link", "link_pins", "wiring"].contains(&name.as_str()) {
+            return Err(Stop::Usage(format!(
+                "a part cannot be called `{name}`: the link has files of that name"
             )));
         }
         if parts.iter().any(|part| part.name == name) {
