@@ -67,12 +67,13 @@ pub fn design(file: &Jedec, id: FileId) -> Result<(LogicDesign, Vec<Diagnostic>)
     if any_error(&found) {
         return Err(found);
     }
-    let (circuit, beyond) = match fuse::logic(&placement, &[]) {
+    let roles = fuse::own_roles(&placement);
+    let (circuit, beyond) = match fuse::logic(&placement, &roles) {
         Ok(circuit) => (Some(circuit), Vec::new()),
         Err(why) => (None, all(why)),
     };
     let (mut parts, roles) = match &circuit {
-        Some(circuit) => (circuit.clone(), fuse::own_roles(&placement)),
+        Some(circuit) => (circuit.clone(), roles),
         None => fuse::shell(&placement),
     };
     let interface = validate(interface(&mut parts))?;

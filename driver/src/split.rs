@@ -2,14 +2,15 @@
 //!
 //! ```text
 //! together   split::together     objects that lie on one part
-//! partition  split::partition    the part of each group, by estimates
-//! divide     split::divide       one net for each part, and the wires
-//! fit        crate::pipeline     each part is built as any net is; a chip that cannot hold its part excludes the partition, and the next one is tried
+//! search     split::search       the best partition whose chips hold their parts, which are built as any net is:
+//!   partition  split::partition    the part of each group, by estimates or by lower bounds
+//!   divide     split::divide       one net for each part, and the wires
 //! joined     verify::joined      the parts with their wires are the net
 //! ```
 
 mod file;
 mod link;
+mod search;
 
 pub use file::{Written, read, write};
 pub use link::link;
@@ -18,7 +19,6 @@ use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};
 use crate::stem::FileStem;
 use crate::target::Target;
-use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest};
 use grafsynth_ir::division::Division;
@@ -29,14 +29,12 @@ use grafsynth_split::codes::APART;
 pub use grafsynth_split::cpu::CPUS;
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
-use grafsynth_split::solve::{Conflict, Constraint, Forbidden};
-use grafsynth_split::{Groups, PartSpec, Partition, divide, partition, together};
+use grafsynth_split::solve::{Conflict, Constraint};
+use grafsynth_split::{Groups, PartSpec, Partition, together};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Apart, Joined, joined};
-
-/// The number of partitions that are really fitted before the search ends.
-const MOST_FITS: usize = 40;
+use search::Fitted;
 
 /// The device of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,6 +87,8 @@ pub struct Request<'a> {
     pub places: &'a [Place],
     /// What is minimised.
     pub objective: Objective,
+    /// The number of partitions that may be built to find a better one, or to show that there is none, after the first one that fits.
+    pub fits: usize,
     /// The beginning of the names of all files.
     pub stem: &'a FileStem,
     /// The options of the builds of the parts.
@@ -113,14 +113,39 @@ pub struct Split {
     pub groups: Groups,
     /// The part of each group.
     pub partition: Partition,
+    /// The objective of the partition: for [`Objective::Cells`], the macrocells of the fitted chips.
+    pub value: i64,
+    /// No partition that the chips can hold has a smaller objective; the value itself if this one is the best.
+    pub bound: i64,
     /// The nets of the parts, and the wires.
     pub division: Division,
     /// The outputs of each part.
     pub parts: Vec<BuiltPart>,
     /// Whether the parts, joined by their wires, are the net.
     pub joined: Verdict<Joined, Apart>,
-    /// The number of partitions that a chip could not hold before this one.
+    /// The number of partitions that were built and that a chip could not hold.
     pub unfit: usize,
+}
+
+impl Split {
+    /// The objective, and how good the partition is.
+    #[must_use]
+    pub fn said(&self, objective: Objective) -> String {
+        let (what, value) = (objective.unit(), self.value);
+        let known = if self.bound >= value {
+            "the least of all partitions that fit".to_owned()
+        } else {
+            format!("every partition that fits has at least {}", self.bound.max(0))
+        };
+        let unfit = match self.unfit {
+            0 => String::new(),
+            n => format!(
+                "; {} built without success",
+                counted(n, "partition was", "partitions were")
+            ),
+        };
+        format!("{value} {what}: {known}{unfit}")
+    }
 }
 
 /// Finds the best partition that fits, builds its parts and proves that they are the net.
@@ -129,55 +154,22 @@ pub struct Split {
 /// Features that cannot be split; places that cannot be kept; constraints that exclude each other; errors of a part other than a lack of room.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
     let groups = together(net)?;
-    let mut specs: Vec<PartSpec> = request.parts.iter().map(spec).collect();
-    let names: Vec<String> = specs.iter().map(|spec| spec.name.clone()).collect();
-    let mut excluded: Vec<Forbidden> = Vec::new();
-    let mut last: Vec<Diagnostic> = Vec::new();
-    while excluded.len() < MOST_FITS {
-        let found = partition(net, &groups, &specs, request.places, request.objective, &excluded);
-        let partition = match found {
-            Ok(partition) => partition,
-            Err(why) => {
-                let mut findings = unplaced(net, &groups, request, &why, excluded.len());
-                findings.append(&mut last);
-                return Err(findings);
-            }
-        };
-        let division = divide(net, &groups, partition.owners.clone(), &names)?;
-        let mut parts = Vec::new();
-        let mut unfit = None;
-        for (at, requested) in request.parts.iter().enumerate() {
-            let part = build_part(&division.parts[at].net, requested, request);
-            if any_error(&part.built.found) {
-                if part.built.found.iter().any(|one| one.code == DOES_NOT_FIT) {
-                    last = part.built.found;
-                    unfit = Some(at);
-                    break;
-                }
-                return Err(part.built.found);
-            }
-            parts.push(part);
+    let Fitted { partition, value, bound, division, chips, unfit } =
+        search::search(net, &groups, request)?;
+    let mut parts = chips;
+    if let (Some(part), Some(requested)) = (division.parts.last(), request.parts.last()) {
+        let cpu = build_part(&part.net, requested, request);
+        if any_error(&cpu.built.found) {
+            return Err(cpu.built.found);
         }
-        if let Some(part) = unfit {
-            let own = partition.part.iter().enumerate().filter(|(_, own)| **own == part);
-            let nodes: Vec<usize> = own.map(|(group, _)| group).collect();
-            excluded.push(Forbidden::Together { nodes, part });
-            offer_less(&mut specs[part], part, &partition);
-            continue;
-        }
-        let facts = pipeline::facts(net, &request.options.limits);
-        let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
-            matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
-        });
-        let joined = joined(net, &facts, &division, one_tick, &request.options.limits);
-        let unfit = excluded.len();
-        return Ok(Split { groups, partition, division, parts, joined, unfit });
+        parts.push(cpu);
     }
-    let message = format!(
-        "no partition found: {MOST_FITS} partitions were tried, and a chip could not hold its part in any of them"
-    );
-    last.insert(0, Diagnostic::error(codes::NO_PARTITION, message));
-    Err(last)
+    let facts = pipeline::facts(net, &request.options.limits);
+    let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
+        matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
+    });
+    let joined = joined(net, &facts, &division, one_tick, &request.options.limits);
+    Ok(Split { groups, partition, value, bound, division, parts, joined, unfit })
 }
 
 /// True if the net measures time.
@@ -185,18 +177,6 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
 pub fn has_time(net: &Net) -> bool {
     net.expressions().any(|expr| expr.leaves().any(Leaf::is_time))
         || net.actions.values().any(|action| action.uses.iter().any(|one| one.qualifier.is_timed()))
-}
-
-/// After a fit failed, the chip is offered an eighth less than the estimates of that partition used, so that the search ends soon.
-fn offer_less(spec: &mut PartSpec, part: usize, failed: &Partition) {
-    for usage in &failed.evaluation.usage {
-        let less = usage.used.saturating_sub((usage.used / 8).max(1));
-        match usage.constraint {
-            Constraint::Capacity { part: at, .. } if at == part => spec.cells = Some(less),
-            Constraint::Pins { part: at } if at == part => spec.pins = Some(less),
-            _ => {}
-        }
-    }
 }
 
 fn spec(part: &RequestedPart) -> PartSpec {

@@ -25,6 +25,7 @@
 //! assert_eq!((assignment, value), (vec![1, 0], 34));
 //! ```
 
+pub mod cells;
 pub mod codes;
 pub mod cpu;
 pub mod divide;
@@ -33,8 +34,9 @@ pub mod partition;
 pub mod solve;
 pub mod together;
 
+pub use cells::Cells;
 pub use divide::divide;
-pub use partition::{Objective, PartSpec, Partition, partition};
+pub use partition::{Count, Objective, PartSpec, Partition, partition};
 pub use together::{Bond, Groups, Item, Why, together};
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 //!
 //! A group (see [`together`](crate::together())) is a node of the problem. A wire is needed where a part has a step that a transition enters or leaves, and the
 //! transition is on another part; so each transition is a hyperedge from its group to the groups that have or read such a step, and the pins for wires and inputs
-//! are counted exactly. Macrocells and cycles are estimates: one flip-flop for each step and each bit, a few cycles for each operator. An estimate only
-//! chooses; whether the chip holds its part is decided by the real fit, and a set that did not fit is excluded together with all larger sets.
+//! are counted exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that
+//! probably fits, and a lower bound shows that no better one exists. Whether a chip holds its part is decided by the real fit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,9 @@ use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::division::{Owners, PartIndex};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind};
+use grafsynth_ir::net::{
+    Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind, TransitionId,
+};
 use grafsynth_ir::plan::following;
 use grafsynth_ir::walk::{expressions, statements};
 
@@ -70,9 +72,28 @@ impl Objective {
             Objective::Cells => "cells",
         }
     }
+
+    /// What is counted, in the plural.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Objective::Cycles => "estimated cycles of the CPU",
+            Objective::Pins => "wires",
+            Objective::Cells => "macrocells",
+        }
+    }
 }
 
-/// A partition that the estimates accept.
+/// How the macrocells of a chip are counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Count {
+    /// One for each step, also for a copy, and for each bit of a variable or timer. Another state encoding may need fewer.
+    Estimate,
+    /// Only what every encoding needs: one for each bit of an output. Every chip that holds its part satisfies it.
+    Least,
+}
+
+/// A partition that satisfies a [`Count`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Partition {
     /// The part of each group.
@@ -81,7 +102,7 @@ pub struct Partition {
     pub owners: Owners,
     /// The objective, and what each constraint uses.
     pub evaluation: Evaluation,
-    /// A value that no partition within the estimates is below; the value itself if this is the optimum.
+    /// A value that no partition within this count is below; the value itself if this is the optimum.
     pub bound: i64,
     /// For each group, what it would cost to move it alone to each other part.
     pub alternatives: Vec<Vec<Alternative>>,
@@ -102,7 +123,7 @@ pub enum Unplaced {
     Malformed(ProblemError),
 }
 
-/// The best partition within the estimates that is not excluded.
+/// The best partition within a count that is not excluded.
 ///
 /// # Errors
 /// Why there is none.
@@ -111,10 +132,10 @@ pub fn partition(
     groups: &Groups,
     parts: &[PartSpec],
     places: &[Place],
-    objective: Objective,
+    (objective, count): (Objective, Count),
     excluded: &[Forbidden],
 ) -> Result<Partition, Unplaced> {
-    let problem = problem(net, groups, parts, places, objective, excluded)?;
+    let problem = problem(net, groups, parts, places, (objective, count), excluded)?;
     let outcome = solve::solve(&problem, &Limits::default(), None).map_err(Unplaced::Malformed)?;
     let (part, bound) = match outcome {
         Outcome::Optimal { assignment, value } => (assignment, value),
@@ -150,7 +171,7 @@ pub fn problem(
     groups: &Groups,
     parts: &[PartSpec],
     places: &[Place],
-    objective: Objective,
+    (objective, count): (Objective, Count),
     excluded: &[Forbidden],
 ) -> Result<Problem, Unplaced> {
     let mut placed: BTreeMap<usize, Place> = BTreeMap::new();
@@ -171,7 +192,11 @@ pub fn problem(
         }
     }
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
-        let (cells, cycles) = (cells(net, items), cycles(net, items));
+        let cells = match count {
+            Count::Estimate => cells(net, items),
+            Count::Least => output_bits(net, items),
+        };
+        let cycles = cycles(net, items);
         let choices = parts.iter().enumerate().map(|(part, spec)| {
             let elsewhere = placed.get(&at).is_some_and(|place| place.part != part);
             if elsewhere || spec.is_chip && groups.cpu_only.contains_key(&at) {
@@ -192,7 +217,7 @@ pub fn problem(
         parts: parts.iter().map(capacity).collect(),
         nodes: nodes.collect(),
         wires: wires(net, groups, objective),
-        inputs: pins(net, groups),
+        inputs: pins(net, groups, count),
         together: Vec::new(),
         forbidden: excluded.to_vec(),
     })
@@ -251,7 +276,7 @@ impl Reads {
 }
 
 /// The expressions of an object.
-fn exprs(net: &Net, item: Item) -> Vec<&Expr> {
+pub(crate) fn exprs(net: &Net, item: Item) -> Vec<&Expr> {
     match item {
         Item::Step(id) => {
             let step = &net.steps[id];
@@ -280,33 +305,39 @@ fn exprs(net: &Net, item: Item) -> Vec<&Expr> {
     }
 }
 
-/// One hyperedge for each transition: the groups that have or read a step that it enters or leaves need its wire if they are on another part.
-fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
+/// For each transition that another group may have to know: its group, and the groups that have or read a step that it enters or leaves.
+pub(crate) fn readers(net: &Net, groups: &Groups) -> Vec<(TransitionId, usize, Vec<usize>)> {
     let mut readers: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         for step in Reads::of(net, items).steps {
             readers.entry(step).or_default().push(group);
         }
     }
-    let cost = match objective {
-        Objective::Cycles => 4,
-        Objective::Pins => 1,
-        Objective::Cells => 0,
-    };
-    let wire = |id| {
+    let of = |id| {
         let driver = *groups.of.get(&Item::Transition(id))?;
         let transition = &net.transitions[id];
         let touched = transition.requires.iter().copied().chain(following(transition));
         let all: BTreeSet<usize> =
             touched.filter_map(|step| readers.get(&step)).flatten().copied().collect();
         let readers: Vec<usize> = all.into_iter().filter(|group| *group != driver).collect();
-        (!readers.is_empty()).then_some(Wire { driver, readers, cost })
+        (!readers.is_empty()).then_some((id, driver, readers))
     };
-    net.transitions.ids().filter_map(wire).collect()
+    net.transitions.ids().filter_map(of).collect()
+}
+
+/// One hyperedge for each transition: its readers need its wire if they are on another part.
+fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
+    let cost = match objective {
+        Objective::Cycles => 4,
+        Objective::Pins => 1,
+        Objective::Cells => 0,
+    };
+    let all = readers(net, groups).into_iter();
+    all.map(|(_, driver, readers)| Wire { driver, readers, cost }).collect()
 }
 
 /// The pins for inputs, one for each bit on each part that reads the input, and for macrocells, each of which has a pin that nothing else can use.
-fn pins(net: &Net, groups: &Groups) -> Vec<InputGroup> {
+fn pins(net: &Net, groups: &Groups, count: Count) -> Vec<InputGroup> {
     let mut readers: BTreeMap<InputId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         for input in Reads::of(net, items).inputs {
@@ -321,6 +352,13 @@ fn pins(net: &Net, groups: &Groups) -> Vec<InputGroup> {
             pins.extend(std::iter::repeat_n(pin, data.ty.bits() as usize));
         }
     }
+    if count == Count::Least {
+        for (group, items) in groups.groups.iter().enumerate() {
+            let outputs = usize::try_from(output_bits(net, items)).unwrap_or(0);
+            pins.extend(std::iter::repeat_n(InputGroup { readers: vec![group] }, outputs));
+        }
+        return pins;
+    }
     // A step needs a macrocell on each part that has it or a copy of it.
     let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
@@ -332,6 +370,15 @@ fn pins(net: &Net, groups: &Groups) -> Vec<InputGroup> {
     }
     pins.extend(present.into_values().map(|readers| InputGroup { readers }));
     pins
+}
+
+/// The bits of the outputs of a group.
+fn output_bits(net: &Net, items: &[Item]) -> i64 {
+    let bits = |item: &Item| match *item {
+        Item::Output(id) if !net.outputs[id].is_extern() => i64::from(net.outputs[id].ty.bits()),
+        _ => 0,
+    };
+    items.iter().map(bits).sum::<i64>().min(1 << 20)
 }
 
 /// The estimated macrocells of a group.

@@ -43,6 +43,7 @@ mod scxml;
 mod shared_timers;
 mod simulator_laws;
 mod split;
+mod split_fits;
 mod strict;
 mod structured_text;
 mod styles;

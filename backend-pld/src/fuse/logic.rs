@@ -29,13 +29,6 @@ pub struct Role {
 /// If the placement is not a circuit with a single clock: several clocks, asynchronous resets and presets, outputs that are not always driven but are read or have
 /// a role, combinational loops.
 pub fn logic(placement: &Placement, roles: &[Role]) -> Result<Logic, Vec<Diagnostic>> {
-    let own;
-    let roles = if roles.is_empty() {
-        own = own_roles(placement);
-        &own
-    } else {
-        roles
-    };
     let clock = clock(placement)?;
     let mut maker = Maker {
         placement,

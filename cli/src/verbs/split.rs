@@ -18,6 +18,9 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, counted};
 use grafsynth_verify::verdict::Verdict;
 
+/// The partitions that are built to improve on the first one that fits.
+const FITS: usize = 8;
+
 pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, Stop> {
     let file = &arguments.input.file;
     session.begin(file);
@@ -45,6 +48,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         parts: &parts,
         places: &places,
         objective: arguments.minimise,
+        fits: FITS,
         stem: &stem,
         options: &options,
     };
@@ -133,6 +137,7 @@ fn finish(
         let lines: Vec<OutputReport> = part.built.lines.clone();
         say(session, own, None, &lines, None)?;
     }
+    session.tell(&format!("minimised: {}\n", split.said(arguments.minimise)));
     session.tell(&format!("{}\n", joined(&split)));
     if let Some(why) = unwritten {
         session.tell(&format!("nothing was written: {why}\n"));

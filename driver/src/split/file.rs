@@ -21,12 +21,7 @@ pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objec
         "# Partition of {}. Edit it and build it again: grafsynth split FILE --with THIS-FILE -o DIR\n",
         net.name
     );
-    text += &format!(
-        "# minimised: {} (estimate {}, lower bound {})\n\n",
-        objective.name(),
-        split.partition.evaluation.value,
-        split.partition.bound
-    );
+    text += &format!("# minimised: {}\n\n", split.said(objective));
     for part in parts {
         text += &format!("part {} = {}\n", part.name, part.device.name());
     }

@@ -1,0 +1,237 @@
+//! The best partition whose chips really hold their parts.
+//!
+//! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better partition
+//! may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower bound for all
+//! that fit. If that is not below what was found, nothing better exists. Otherwise, if a chip has too few flip-cells for a set of its groups ([`Cells`]), each
+//! larger set is excluded too. Else this partition is built: either it fits and is the best one, or exactly this partition is excluded and the bound may rise.
+//! The search ends after a number of builds, and then the bound shows what is left.
+
+use super::{BuiltPart, PartDevice, Request, build_part, spec, unplaced};
+use crate::codes;
+use crate::pipeline;
+use grafsynth_backend_pld::codes::DOES_NOT_FIT;
+use grafsynth_ir::diag::any_error;
+use grafsynth_ir::division::{Division, PartIndex};
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_split::partition::Unplaced;
+use grafsynth_split::solve::{Constraint, Forbidden};
+use grafsynth_split::{Cells, Count, Groups, Objective, PartSpec, Partition, divide, partition};
+
+/// The number of partitions from estimates that are built before that search ends.
+const MOST_ESTIMATES: usize = 40;
+
+/// The number of sets that are excluded because a chip has too few flip-cells for them.
+const MOST_CUTS: usize = 200;
+
+/// A partition whose chips hold their parts.
+pub(super) struct Fitted {
+    pub(super) partition: Partition,
+    /// The objective.
+    pub(super) value: i64,
+    /// No partition that fits has a smaller objective.
+    pub(super) bound: i64,
+    pub(super) division: Division,
+    /// The chips, without the CPU.
+    pub(super) chips: Vec<BuiltPart>,
+    /// The number of partitions that were built and did not fit.
+    pub(super) unfit: usize,
+}
+
+/// Finds the best partition that fits.
+pub(super) fn search(
+    net: &Valid<Net>,
+    groups: &Groups,
+    request: &Request<'_>,
+) -> Result<Fitted, Vec<Diagnostic>> {
+    let mut search = Search { net, groups, request, unfit: 0, last: Vec::new() };
+    let first = search.by_estimates();
+    search.by_bounds(first)
+}
+
+struct Search<'a> {
+    net: &'a Valid<Net>,
+    groups: &'a Groups,
+    request: &'a Request<'a>,
+    unfit: usize,
+    /// The findings of the last chip that could not be built.
+    last: Vec<Diagnostic>,
+}
+
+/// What a build of the chips gives.
+enum Fit {
+    Fits(Box<Fitted>),
+    /// A chip cannot be built.
+    Misfit {
+        chip: PartIndex,
+        /// True if it has too little room, false for another reason.
+        is_room: bool,
+    },
+}
+
+impl Search<'_> {
+    fn best(
+        &self,
+        specs: &[PartSpec],
+        count: Count,
+        excluded: &[Forbidden],
+    ) -> Result<Partition, Unplaced> {
+        let Request { places, objective, .. } = *self.request;
+        partition(self.net, self.groups, specs, places, (objective, count), excluded)
+    }
+
+    /// The first partition from estimates that fits; `Ok(Err(_))` if there is none.
+    fn by_estimates(&mut self) -> Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>> {
+        let mut specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
+        let mut excluded: Vec<Forbidden> = Vec::new();
+        for _ in 0..MOST_ESTIMATES {
+            let partition = match self.best(&specs, Count::Estimate, &excluded) {
+                Ok(partition) => partition,
+                Err(why) => return Ok(Err(why)),
+            };
+            match self.fit(partition.clone())? {
+                Fit::Fits(fitted) => return Ok(Ok(fitted)),
+                Fit::Misfit { chip, is_room } => {
+                    let own = partition.part.iter().enumerate().filter(|(_, own)| **own == chip);
+                    let nodes: Vec<usize> = own.map(|(group, _)| group).collect();
+                    excluded.push(Forbidden::Together { nodes, part: chip });
+                    if is_room {
+                        offer_less(&mut specs[chip], chip, &partition);
+                    }
+                }
+            }
+        }
+        Ok(Err(Unplaced::Unknown))
+    }
+
+    /// Raises the bound until it meets the best partition, or finds a better one.
+    fn by_bounds(
+        &mut self,
+        first: Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>>,
+    ) -> Result<Fitted, Vec<Diagnostic>> {
+        let first = first?;
+        let specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
+        let mut excluded: Vec<Forbidden> = Vec::new();
+        let (mut best, estimated) = match first {
+            Ok(fitted) => (Some(fitted), None),
+            Err(why @ (Unplaced::Conflict(_) | Unplaced::Unknown)) => (None, Some(why)),
+            Err(why) => return Err(unplaced(self.net, self.groups, self.request, &why, 0)),
+        };
+        let facts = pipeline::facts(self.net, &self.request.options.limits);
+        let cells = Cells::new(self.net, &facts, self.groups);
+        let mut bound = i64::MIN;
+        let (mut fits, mut cuts) = (0, 0);
+        let ended = loop {
+            let lower = match self.best(&specs, Count::Least, &excluded) {
+                Ok(lower) => lower,
+                Err(Unplaced::Conflict(conflict)) => {
+                    // Every partition that is left is at least as dear as the best one.
+                    bound = i64::MAX;
+                    break Some(Unplaced::Conflict(conflict));
+                }
+                Err(why) => break Some(why),
+            };
+            bound = bound.max(lower.bound);
+            let is_better = best.as_ref().is_none_or(|best| lower.evaluation.value < best.value);
+            if !is_better || fits >= self.request.fits {
+                break None;
+            }
+            let too_much = too_much(&specs, &cells, &lower.part);
+            if !too_much.is_empty() && cuts < MOST_CUTS {
+                cuts += too_much.len();
+                excluded.extend(too_much);
+                continue;
+            }
+            fits += 1;
+            let decisions: Vec<(usize, PartIndex)> =
+                lower.part.iter().copied().enumerate().collect();
+            excluded.push(Forbidden::Decisions(decisions));
+            if let Fit::Fits(fitted) = self.fit(lower)?
+                && best.as_ref().is_none_or(|best| fitted.value < best.value)
+            {
+                best = Some(fitted);
+            }
+        };
+        match best {
+            Some(best) => Ok(Fitted { bound: bound.min(best.value), unfit: self.unfit, ..*best }),
+            None => Err(self.nothing_fits(estimated, ended, excluded.is_empty())),
+        }
+    }
+
+    /// The finding if nothing fits: constraints that exclude each other in any case, else those of the estimates.
+    fn nothing_fits(
+        &mut self,
+        estimated: Option<Unplaced>,
+        ended: Option<Unplaced>,
+        is_certain: bool,
+    ) -> Vec<Diagnostic> {
+        let why = match (estimated, ended) {
+            (_, Some(why @ Unplaced::Conflict(_))) if is_certain => why,
+            (Some(why @ Unplaced::Conflict(_)), _) => why,
+            (_, why) => why.unwrap_or(Unplaced::Unknown),
+        };
+        let mut findings = match why {
+            Unplaced::Unknown => {
+                let message = format!(
+                    "no partition found: {} were built, and a chip could not hold its part in any of them",
+                    grafsynth_ir::counted(self.unfit, "partition", "partitions")
+                );
+                vec![Diagnostic::error(codes::NO_PARTITION, message)]
+            }
+            why => unplaced(self.net, self.groups, self.request, &why, self.unfit),
+        };
+        findings.append(&mut self.last);
+        findings
+    }
+
+    /// Builds the chips of a partition.
+    fn fit(&mut self, partition: Partition) -> Result<Fit, Vec<Diagnostic>> {
+        let names: Vec<String> = self.request.parts.iter().map(|part| part.name.clone()).collect();
+        let division = divide(self.net, self.groups, partition.owners.clone(), &names)?;
+        let mut chips = Vec::new();
+        for (at, requested) in self.request.parts.iter().enumerate() {
+            if let PartDevice::Cpu(_) = requested.device {
+                continue;
+            }
+            let chip = build_part(&division.parts[at].net, requested, self.request);
+            if any_error(&chip.built.found) {
+                self.unfit += 1;
+                let is_room = chip.built.found.iter().any(|one| one.code == DOES_NOT_FIT);
+                self.last = chip.built.found;
+                return Ok(Fit::Misfit { chip: at, is_room });
+            }
+            chips.push(chip);
+        }
+        let value = match self.request.objective {
+            Objective::Cells => {
+                let cells =
+                    chips.iter().flat_map(|chip| &chip.built.chips).map(|it| it.cells.len());
+                cells.map(|n| n as i64).sum()
+            }
+            Objective::Cycles | Objective::Pins => partition.evaluation.value,
+        };
+        let bound = i64::MIN;
+        Ok(Fit::Fits(Box::new(Fitted { partition, value, bound, division, chips, unfit: 0 })))
+    }
+}
+
+/// Decisions of a placement for which a chip has too few macrocells.
+fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> Vec<Forbidden> {
+    let of = |(at, spec): (PartIndex, &PartSpec)| {
+        let room = spec.cells.filter(|_| spec.is_chip)?;
+        cells.too_much(at, placement, room).map(Forbidden::Decisions)
+    };
+    specs.iter().enumerate().filter_map(of).collect()
+}
+
+/// After a fit failed, the chip is offered an eighth less than the estimates of that partition used, so that the search ends soon.
+fn offer_less(spec: &mut PartSpec, part: usize, failed: &Partition) {
+    for usage in &failed.evaluation.usage {
+        let less = usage.used.saturating_sub((usage.used / 8).max(1));
+        match usage.constraint {
+            Constraint::Capacity { part: at, .. } if at == part => spec.cells = Some(less),
+            Constraint::Pins { part: at } if at == part => spec.pins = Some(less),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The partition of a split is the best of all that really fit: each partition of small random nets is built, and the search finds none that is worse, claims
+//! no bound that one of them breaks, and finds a partition wherever there is one.
+//!
+//! `SPLIT_GROUPS=12` takes larger nets.
+
+#![allow(clippy::disallowed_methods, reason = "the environment defines how large the nets are")]
+#![allow(clippy::print_stdout, reason = "tests report what they did")]
+
+use grafsynth_driver::pipeline::BuildOptions;
+use grafsynth_driver::split::{Item, Objective, PartDevice, Place, Request, RequestedPart, split};
+use grafsynth_driver::stem::FileStem;
+use grafsynth_ir::net::Net;
+use grafsynth_ir::{Span, Valid, text};
+use grafsynth_sim::Random;
+use grafsynth_split::{Groups, together};
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+
+fn net(seed: u64) -> Valid<Net> {
+    let features = Features {
+        max_steps: 3,
+        timers: true,
+        edges: true,
+        integers: seed.is_multiple_of(2),
+        stored_outputs: true,
+        mealy: true,
+        emergency: seed.is_multiple_of(3),
+        ..Features::plain()
+    };
+    random_net(seed, &features)
+}
+
+/// The places of all groups, by the bits of a number: a bit that is set places its group on the CPU. `None` if only the CPU can have one of the others.
+fn places(groups: &Groups, bits: u64) -> Option<Vec<Place>> {
+    let mut all = Vec::new();
+    for (at, items) in groups.groups.iter().enumerate() {
+        let part = (bits >> at & 1) as usize;
+        if part == 0 && groups.cpu_only.contains_key(&at) {
+            return None;
+        }
+        let item = items.iter().find(|item| !matches!(item, Item::Event(_)))?;
+        all.push(Place { item: *item, part, span: Span::default() });
+    }
+    Some(all)
+}
+
+#[test]
+fn no_partition_that_fits_is_better_than_the_best() {
+    let most_groups =
+        std::env::var("SPLIT_GROUPS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
+    let (mut nets, mut seed, mut misfits, mut none, mut optimal) = (0, 0, 0, 0, 0);
+    while nets < rounds(4, 200) {
+        seed += 1;
+        let net = net(seed);
+        let Ok(groups) = together(&net) else { continue };
+        let n_groups = groups.groups.len();
+        if !(2..=most_groups).contains(&n_groups) {
+            continue;
+        }
+        nets += 1;
+        let mut random = Random::new(seed);
+        let chip = *random.pick(&["gal16v8", "gal16v8", "gal22v10"]).expect("there are devices");
+        let part = |name: &str, device: &str| RequestedPart {
+            name: name.to_owned(),
+            device: PartDevice::named(device).expect("the device is known"),
+        };
+        let parts = [part("chip", chip), part("cpu", "atmega328p")];
+        let objective = Objective::ALL[seed as usize % 3];
+        let stem = FileStem::of_name("random");
+        let options = BuildOptions { dont_cares: true, ..BuildOptions::default() };
+        let split = |places: &[Place], fits| {
+            let stem = &stem;
+            let request =
+                Request { parts: &parts, places, objective, fits, stem, options: &options };
+            split(&net, &request)
+        };
+        // Each group of a partition that is built is placed, so nothing is chosen.
+        let mut best: Option<i64> = None;
+        for bits in 0..1u64 << n_groups {
+            let Some(places) = places(&groups, bits) else { continue };
+            match split(&places, 1) {
+                Ok(one) => best = Some(best.map_or(one.value, |best| best.min(one.value))),
+                Err(_) => misfits += 1,
+            }
+        }
+        let found = split(&[], 1 << n_groups);
+        let place = || format!("seed {seed} on {chip}, {objective:?}\n{}", text::print(&net));
+        match (found, best) {
+            (Ok(found), Some(best)) => {
+                assert_eq!(found.value, best, "{}", place());
+                assert!(found.bound <= best, "bound {} of {best}: {}", found.bound, place());
+                optimal += u32::from(found.bound == best);
+            }
+            (Err(_), None) => none += 1,
+            (Ok(found), None) => panic!("{} fits, but none should: {}", found.value, place()),
+            (Err(why), Some(best)) => panic!("{best} fits, but {why:?}: {}", place()),
+        }
+        // After few fits the bound is still one.
+        if let (Ok(early), Some(best)) = (split(&[], 1), best) {
+            assert!(early.value >= best && early.bound <= best, "{}", place());
+        }
+    }
+    println!(
+        "{nets} nets, {misfits} partitions do not fit, {none} nets fit nowhere, {optimal} proved best"
+    );
+    assert!(misfits > 0, "the chips are never too small");
+}
