@@ -114,20 +114,7 @@ impl<'a> Accesses<'a> {
                 };
                 self.calls.push(Called { function, arguments, span: expr.span });
             }
-            ExprKind::Literal(..)
-            | ExprKind::Bool(_)
-            | ExprKind::Null
-            | ExprKind::Constant(_)
-            | ExprKind::Function(_)
-            | ExprKind::Unary(..)
-            | ExprKind::Binary(..)
-            | ExprKind::Logical(..)
-            | ExprKind::Choose(..)
-            | ExprKind::Comma(..)
-            | ExprKind::Convert(_)
-            | ExprKind::Cast(..)
-            | ExprKind::Member(..)
-            | ExprKind::SizeOf(_) => {}
+            _ => {}
         }
     }
 }
@@ -222,10 +209,7 @@ impl Index {
         let is_local = match unit.symbols[id].kind {
             SymbolKind::Local { is_static } => !is_static,
             SymbolKind::Parameter => true,
-            SymbolKind::Object { .. }
-            | SymbolKind::Function(_)
-            | SymbolKind::Typedef
-            | SymbolKind::Constant(_) => false,
+            _ => false,
         };
         !is_local || !self.uses[id].addresses.is_empty()
     }

@@ -54,7 +54,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of all crates", 170_900),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
-    ("lines that list variants", 647),
+    ("lines that list variants", 599),
     ("text tests on emitted C", 3),
 ];
 

@@ -14,11 +14,7 @@ impl Unit {
             ExprKind::Bool(value) => i128::from(*value),
             ExprKind::Constant(id) => match self.symbols[*id].kind {
                 SymbolKind::Constant(value) => value,
-                SymbolKind::Object { .. }
-                | SymbolKind::Local { .. }
-                | SymbolKind::Parameter
-                | SymbolKind::Function(_)
-                | SymbolKind::Typedef => return None,
+                _ => return None,
             },
             ExprKind::Unary(op, a) => {
                 let a = self.constant(a)?;
@@ -51,17 +47,7 @@ impl Unit {
                 return Some(self.machine.wrap(self.constant(a)?, kind));
             }
             ExprKind::SizeOf(operand) => i128::from(self.size(operand)?),
-            ExprKind::Null
-            | ExprKind::Function(_)
-            | ExprKind::Read(_)
-            | ExprKind::Address(_)
-            | ExprKind::Decay(_)
-            | ExprKind::Comma(..)
-            | ExprKind::Assign(..)
-            | ExprKind::Update(..)
-            | ExprKind::Step { .. }
-            | ExprKind::Call(..)
-            | ExprKind::Member(..) => return None,
+            _ => return None,
         };
         settled(&self.machine, kind, value)
     }
@@ -83,26 +69,16 @@ impl Unit {
             ExprKind::Binary(_, a, b) => self.is_static_constant(a) && self.is_static_constant(b),
             ExprKind::Logical(_, all) => all.iter().all(|one| self.is_static_constant(one)),
             ExprKind::Choose(c, a, b) => [c, a, b].iter().all(|one| self.is_static_constant(one)),
-            ExprKind::Read(_)
-            | ExprKind::Comma(..)
-            | ExprKind::Assign(..)
-            | ExprKind::Update(..)
-            | ExprKind::Step { .. }
-            | ExprKind::Call(..)
-            | ExprKind::Member(..) => false,
+            _ => false,
         }
     }
 
     fn is_static_place(&self, place: &Place) -> bool {
         match &place.kind {
-            PlaceKind::Symbol(id) => match self.symbols[*id].kind {
-                SymbolKind::Object { .. } | SymbolKind::Local { is_static: true } => true,
-                SymbolKind::Local { is_static: false }
-                | SymbolKind::Parameter
-                | SymbolKind::Function(_)
-                | SymbolKind::Typedef
-                | SymbolKind::Constant(_) => false,
-            },
+            PlaceKind::Symbol(id) => matches!(
+                self.symbols[*id].kind,
+                SymbolKind::Object { .. } | SymbolKind::Local { is_static: true }
+            ),
             PlaceKind::Member(base, _) => self.is_static_place(base),
             PlaceKind::Element(base, index) => {
                 self.is_static_place(base) && self.is_static_constant(index)

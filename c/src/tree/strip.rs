@@ -21,13 +21,7 @@ fn strip_items(items: &mut [Item]) {
         match &mut item.kind {
             ItemKind::Function { body, .. } => strip_body(body),
             ItemKind::ExternC(inner) => strip_items(inner),
-            ItemKind::Include(_)
-            | ItemKind::DeclareStruct(_)
-            | ItemKind::DefineStruct(_)
-            | ItemKind::DefineEnum(_)
-            | ItemKind::Typedef { .. }
-            | ItemKind::Object { .. }
-            | ItemKind::Prototype { .. } => {}
+            _ => {}
         }
     }
 }
@@ -55,13 +49,7 @@ fn strip_body(body: &mut [Stmt]) {
                 strip_body(body);
             }
             StmtKind::Block(body) => strip_body(body),
-            StmtKind::Expr(_)
-            | StmtKind::Define { .. }
-            | StmtKind::Break
-            | StmtKind::Continue
-            | StmtKind::Return(_)
-            | StmtKind::Barrier
-            | StmtKind::Opaque(_) => {}
+            _ => {}
         }
     }
 }

@@ -399,12 +399,7 @@ impl Unit {
         let inner = match &ty.ty {
             Type::Array(element, _) => self.has_const(element),
             Type::Struct(id) => self.structs[*id].has_const,
-            Type::Void
-            | Type::Int(_)
-            | Type::Enum(_)
-            | Type::Pointer(_)
-            | Type::Function(_)
-            | Type::Named(_) => false,
+            _ => false,
         };
         inner || ty.qualifiers.is_const
     }
@@ -415,12 +410,7 @@ impl Unit {
         let inner = match &ty.ty {
             Type::Array(element, _) => self.is_const(element),
             Type::Struct(id) => self.structs[*id].is_const,
-            Type::Void
-            | Type::Int(_)
-            | Type::Enum(_)
-            | Type::Pointer(_)
-            | Type::Function(_)
-            | Type::Named(_) => false,
+            _ => false,
         };
         inner || ty.qualifiers.is_const
     }
@@ -445,12 +435,7 @@ impl Unit {
         match ty {
             Type::Array(element, _) => self.struct_nesting(&element.ty),
             Type::Struct(id) => self.structs[*id].nesting,
-            Type::Void
-            | Type::Int(_)
-            | Type::Enum(_)
-            | Type::Pointer(_)
-            | Type::Function(_)
-            | Type::Named(_) => 0,
+            _ => 0,
         }
     }
 
@@ -460,12 +445,7 @@ impl Unit {
         match ty {
             Type::Int(kind) => Some(*kind),
             Type::Enum(id) => Some(self.enums[*id].kind),
-            Type::Void
-            | Type::Struct(_)
-            | Type::Pointer(_)
-            | Type::Array(..)
-            | Type::Function(_)
-            | Type::Named(_) => None,
+            _ => None,
         }
     }
 
