@@ -13,7 +13,7 @@ mod link;
 mod search;
 
 pub use file::{Written, read, write};
-pub use link::link;
+pub use link::{Linked, Round, link, rounded};
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};

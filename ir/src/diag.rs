@@ -221,6 +221,24 @@ fn with_short_words(text: String) -> String {
     short
 }
 
+/// A duration of `ns` nanoseconds in the chart language, in the largest unit that needs no fraction: `1500 ms`.
+#[must_use]
+pub fn duration(ns: u64) -> String {
+    const UNITS: [(u64, &str); 6] = [
+        (3_600_000_000_000, "h"),
+        (60_000_000_000, "min"),
+        (1_000_000_000, "s"),
+        (1_000_000, "ms"),
+        (1_000, "us"),
+        (1, "ns"),
+    ];
+    if ns == 0 {
+        return "0 s".to_owned();
+    }
+    let fits = UNITS.iter().find(|(unit, _)| ns.is_multiple_of(*unit));
+    fits.map_or_else(String::new, |(unit, word)| format!("{} {word}", ns / unit))
+}
+
 /// A number with the word for what it counts: `1 state`, `2 states`.
 pub fn counted<N: std::fmt::Display + PartialEq + From<u8>>(n: N, one: &str, many: &str) -> String {
     let word = if n == N::from(1) { one } else { many };

@@ -38,6 +38,6 @@ pub mod validate;
 pub mod walk;
 
 pub use arena::{Arena, Id, IdMap};
-pub use diag::{Code, Diagnostic, Severity, counted};
+pub use diag::{Code, Diagnostic, Severity, counted, duration};
 pub use span::{FileId, Name, Span};
 pub use validate::{Valid, validate};

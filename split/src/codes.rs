@@ -6,6 +6,8 @@ use grafsynth_ir::Code;
 pub const UNSUPPORTED: Code = Code { id: "G1001", title: "chart that cannot be split" };
 /// Two objects that must lie on one part are placed on different parts.
 pub const APART: Code = Code { id: "G1002", title: "objects that cannot be separated" };
+/// A transition does not keep its deadline, or it is not known whether it does.
+pub const DEADLINE: Code = Code { id: "G1003", title: "deadline that is not kept" };
 
 /// The request for a link does not agree with the parts, the chips or the CPU.
 pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
@@ -13,4 +15,4 @@ pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
 pub const PINS: Code = Code { id: "G1011", title: "too few pins on the CPU" };
 
 /// All codes of this crate.
-pub const ALL: &[Code] = &[UNSUPPORTED, APART, LINK, PINS];
+pub const ALL: &[Code] = &[UNSUPPORTED, APART, DEADLINE, LINK, PINS];

@@ -29,6 +29,22 @@ pub struct Pin {
     pub takes_5v: bool,
 }
 
+/// The cycles of the driver of a link, counted from the instructions that compilers make of it, with a margin; the reaction is not included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LinkCycles {
+    /// The call of the function for a round, with all registers that it saves.
+    pub call: u32,
+    /// One act at most: an input is copied, a pin set or read, a clock pulse given.
+    pub act: u32,
+    /// One iteration of a loop that waits, at most.
+    pub wait: u32,
+}
+
+/// 18 registers of an AVR, pushed and popped; a pin by `in`, `ori`, `out` after a test.
+const AVR_LINK: Option<LinkCycles> = Some(LinkCycles { call: 100, act: 14, wait: 32 });
+/// 9 registers of a Cortex-M3; a pin by two loads and a store, with the wait states of the flash.
+const CORTEX_M3_LINK: Option<LinkCycles> = Some(LinkCycles { call: 60, act: 24, wait: 24 });
+
 /// One microcontroller.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Cpu {
@@ -52,6 +68,8 @@ pub struct Cpu {
     pub supply: &'static str,
     /// The name of the cost model of its processor.
     pub machine: &'static str,
+    /// What the link itself takes in a round; `None` if no time can be stated.
+    pub link_cycles: Option<LinkCycles>,
     /// How its pins are accessed.
     pub family: Family,
     /// The resistor, in ohms, that pulls a pin to a level while the CPU is in reset.
@@ -126,6 +144,7 @@ const ATMEGA328P: Cpu = Cpu {
     clocks_per_cycle: 1,
     supply: "4.5 to 5.5 V",
     machine: "avr",
+    link_cycles: AVR_LINK,
     family: Family::Avr,
     pull_ohms: 10_000,
     source: "memories: avr-libc iom328p.h; pins and frequency: from memory",
@@ -143,6 +162,7 @@ const ATTINY85: Cpu = Cpu {
     clocks_per_cycle: 1,
     supply: "4.5 to 5.5 V",
     machine: "avr",
+    link_cycles: AVR_LINK,
     family: Family::Avr,
     pull_ohms: 10_000,
     source: "memories: avr-libc iotn85.h; pins and frequency: from memory",
@@ -187,6 +207,7 @@ const STM32F103: Cpu = Cpu {
     clocks_per_cycle: 1,
     supply: "2.0 to 3.6 V",
     machine: "cortex-m3",
+    link_cycles: CORTEX_M3_LINK,
     family: Family::Stm32f1,
     pull_ohms: 10_000,
     source: "memories, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: from memory",
@@ -230,6 +251,7 @@ const AT89S52: Cpu = Cpu {
     clocks_per_cycle: 12,
     supply: "4.0 to 5.5 V",
     machine: "8051",
+    link_cycles: None,
     family: Family::Mcs51,
     pull_ohms: 3300,
     source: "all figures: from memory",
@@ -250,6 +272,7 @@ pub static HOST: Cpu = Cpu {
     clocks_per_cycle: 1,
     supply: "none",
     machine: "x86-64",
+    link_cycles: None,
     family: Family::Host,
     pull_ohms: 10_000,
     source: "none",

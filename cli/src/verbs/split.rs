@@ -9,11 +9,12 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::progress;
 use grafsynth_driver::codes;
-use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
+use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{self, PartDevice, Place, Request, RequestedPart, Split};
+use grafsynth_driver::split::{self, Linked, PartDevice, Place, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
+use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, counted};
 use grafsynth_verify::verdict::Verdict;
@@ -30,6 +31,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         return Err(Stop::Input(format!("{file} is logic, and only charts can be split")));
     };
     let net = &design.net;
+    // Deadlines are checked here.
+    let found: Vec<_> = found.into_iter().filter(|one| one.code != DEADLINE).collect();
     session.know_found(&found);
     if session.is_impossible(net) {
         session.show(&found);
@@ -96,7 +99,7 @@ fn finish(
     net: &Valid<Net>,
     stem: &FileStem,
     (split, parts): (Split, &[RequestedPart]),
-    (made_of, link): (Vec<files::Hashed>, Vec<OutputFile>),
+    (made_of, link): (Vec<files::Hashed>, Linked),
     found: Vec<grafsynth_ir::Diagnostic>,
 ) -> Result<Exit, Stop> {
     let worst =
@@ -116,7 +119,7 @@ fn finish(
     session.show(&found);
     if unwritten.is_none() {
         let of_parts = split.parts.iter().flat_map(|part| &part.built.files);
-        let written = of_parts.chain(&link).map(|file| files::Output {
+        let written = of_parts.chain(&link.files).map(|file| files::Output {
             name: file.name.clone(),
             bytes: file.text.clone().into_bytes(),
             keep_existing: file.keep_existing,
@@ -138,6 +141,7 @@ fn finish(
         say(session, own, None, &lines, None)?;
     }
     session.tell(&format!("minimised: {}\n", split.said(arguments.minimise)));
+    session.tell(&format!("{}\n", round(&link)));
     session.tell(&format!("{}\n", joined(&split)));
     if let Some(why) = unwritten {
         session.tell(&format!("nothing was written: {why}\n"));
@@ -163,6 +167,21 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
         counted(transitions, "transition", "transitions"),
         counted(out, "wire", "wires"),
     )
+}
+
+/// The time of a round.
+fn round(link: &Linked) -> String {
+    match &link.round {
+        Ok(round) => format!(
+            "one round: at most {} (reaction: {} cycles; link: {} cycles, estimated; {} MHz), from pin to pin at most {}",
+            split::rounded(round.ns),
+            round.step,
+            round.link,
+            round.hz / 1_000_000,
+            split::rounded(round.pin_to_pin_ns)
+        ),
+        Err(why) => format!("one round: its time is not known: {why}"),
+    }
 }
 
 /// Whether the joined parts are the chart.

@@ -1,27 +1,51 @@
 //! The link of a split: from the pins of the fitted chips and the interface of the emitted C to driver C and wiring.
 
-use super::{PartDevice, Request, Split};
+use super::{PartDevice, Request, Split, has_time};
 use crate::built::OutputFile;
 use crate::codes;
 use crate::report::chip::{Chip, Kind};
-use grafsynth_backend_c::Package;
+use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
+use grafsynth_ir::duration;
 use grafsynth_ir::logic::PinRole;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, Transition};
+use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::link::{
-    self, ChipPins, ChipSignal, CpuNames, Object, Timing, check, files, wiring_md, wiring_svg,
+    self, ChipPins, ChipSignal, CpuNames, Object, Timing, check, files, round_cycles, wiring_md,
+    wiring_svg,
 };
 use std::collections::BTreeMap;
 
-/// The files of the link: driver C, the table of wires and its drawing. The acts of a round are checked before they are printed.
+/// A link that was made and checked.
+#[derive(Debug)]
+pub struct Linked {
+    /// Driver C, the table of wires and its drawing.
+    pub files: Vec<OutputFile>,
+    /// The time of a round at most, or why none can be stated.
+    pub round: Result<Round, String>,
+}
+
+/// The time of a round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Round {
+    /// The cycles of the reaction on the CPU at most.
+    pub step: u64,
+    /// The cycles of everything else at most, estimated.
+    pub link: u64,
+    /// The clock of the CPU in cycles per second.
+    pub hz: u64,
+    /// The time in nanoseconds.
+    pub ns: u64,
+    /// The longest time from a change of an input to the outputs that follow from it: the change just misses the latch of one round, so it waits for the next
+    /// one. The rounds start one tick apart if the chart measures time, else one after another.
+    pub pin_to_pin_ns: u64,
+}
+
+/// The link of a split. The acts of a round are checked before they are printed.
 ///
 /// # Errors
-/// Too few pins of the CPU; signals that cannot be wired; a chip whose pins are not assigned. A breach of the check would be a bug.
-pub fn link(
-    net: &Net,
-    split: &Split,
-    request: &Request<'_>,
-) -> Result<Vec<OutputFile>, Vec<Diagnostic>> {
+/// Too few pins of the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not kept. A breach of the check would be a bug.
+pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, Vec<Diagnostic>> {
     let refuse = |why: String| vec![Diagnostic::error(codes::NO_PARTITION, why)];
     let mut chips = Vec::new();
     for (part, requested) in split.parts.iter().zip(request.parts) {
@@ -39,7 +63,7 @@ pub fn link(
     ) else {
         return Err(refuse("the part on the CPU was not built".to_owned()));
     };
-    let request = link::Request {
+    let wanted = link::Request {
         net,
         division: &split.division,
         chips: &chips,
@@ -52,17 +76,80 @@ pub fn link(
         wanted: BTreeMap::new(),
         timing: Timing::default(),
     };
-    let link = link::link(&request)?;
+    let link = link::link(&wanted)?;
     check(&link.acts, &link.connections, &split.division, &chips)
         .map_err(|breach| refuse(format!("the link does not make one round: {breach:?}")))?;
-    let mut all: Vec<OutputFile> = files(&request, &link)
+    let round = round(net, package, &wanted, &link);
+    let late = deadlines(net, &round);
+    if !late.is_empty() {
+        return Err(late);
+    }
+    let mut all: Vec<OutputFile> = files(&wanted, &link)
         .into_iter()
         .map(|file| OutputFile::new(file.name, file.text))
         .collect();
-    let name = &request.name;
-    all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&request, &link)));
-    all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&request, &link)));
-    Ok(all)
+    let name = &wanted.name;
+    all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&wanted, &link)));
+    all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&wanted, &link)));
+    Ok(Linked { files: all, round })
+}
+
+fn round(
+    net: &Net,
+    package: &Package,
+    wanted: &link::Request<'_>,
+    link: &link::Link,
+) -> Result<Round, String> {
+    let cpu = wanted.cpu;
+    let machine = cost::machine(cpu.machine).filter(|machine| machine.is_bounded);
+    let (Some(machine), Some(cycles)) = (machine, round_cycles(link, cpu, &wanted.timing)) else {
+        return Err(format!("the time of C on an {} is not known", cpu.name));
+    };
+    let bound = cost::bound(package, machine).map_err(|why| why.to_string())?;
+    if let Some(why) = bound.unbounded {
+        return Err(why);
+    }
+    if bound.user_calls > 0 || bound.user_code {
+        return Err("the reaction calls functions whose time is not known".to_owned());
+    }
+    let hz = u64::from(cpu.clock_hz);
+    let clocks = (bound.step * u64::from(machine.clocks_per_unit))
+        .saturating_add(cycles * u64::from(cpu.clocks_per_cycle));
+    let ns = clocks.saturating_mul(1_000_000_000).div_ceil(hz.max(1));
+    let period = if has_time(net) { net.settings.tick_ns.max(ns) } else { ns };
+    let pin_to_pin_ns = period.saturating_add(ns);
+    Ok(Round { step: bound.step, link: cycles, hz, ns, pin_to_pin_ns })
+}
+
+/// A time in microseconds, rounded up to a tenth.
+#[must_use]
+pub fn rounded(ns: u64) -> String {
+    let tenths = ns.div_ceil(100);
+    format!("{}.{} us", tenths / 10, tenths % 10)
+}
+
+/// The deadlines that a lockstep split does not keep.
+fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
+    let late = |transition: &Transition| {
+        let deadline = transition.deadline_ns?;
+        let (name, wanted) = (&transition.name.text, duration(deadline));
+        let message = match round {
+            Ok(round) if round.pin_to_pin_ns <= deadline => return None,
+            Ok(round) => format!(
+                "`{name}` has a deadline of {wanted}, but in lockstep up to {} pass from pin to pin: a change waits for the next round, and a round takes up to {}",
+                rounded(round.pin_to_pin_ns),
+                rounded(round.ns)
+            ),
+            Err(why) => {
+                format!("it is not known whether `{name}` keeps its deadline of {wanted}: {why}")
+            }
+        };
+        let found = Diagnostic::error(DEADLINE, message)
+            .at(transition.meta.span, "has a deadline")
+            .help("make it longer, choose a faster CPU, or place less work on the CPU");
+        Some(found)
+    };
+    net.transitions.values().filter_map(late).collect()
 }
 
 /// The pins of a fitted chip by the meaning of its signals.

@@ -2,11 +2,11 @@
 
 use grafsynth_ir::diag::{Diagnostic, ErrorReported};
 
-use super::names::duration;
 use super::numbers::slice;
 use super::parser::{Parse, Parser, slice_short, span_of};
 use super::token::{Kind, Token};
 use crate::codes;
+use grafsynth_ir::duration;
 
 impl Parser<'_> {
     /// Reads a duration such as `10 ms` or `1.5 s`, in nanoseconds.

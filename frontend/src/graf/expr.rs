@@ -330,7 +330,7 @@ impl<'a> Parser<'a> {
             let path = Path { names };
             let written = format!(
                 "{}/{}",
-                super::names::duration(ns),
+                grafsynth_ir::duration(ns),
                 super::names::path(&path, Position::Anywhere)
             );
             self.report(|| {

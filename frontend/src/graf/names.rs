@@ -190,22 +190,3 @@ pub(crate) fn quoted(text: &str) -> String {
     out.push('"');
     out
 }
-
-/// A duration in the largest unit that divides it.
-pub(crate) fn duration(ns: u64) -> String {
-    let units = [
-        (3_600_000_000_000, "h"),
-        (60_000_000_000, "min"),
-        (1_000_000_000, "s"),
-        (1_000_000, "ms"),
-        (1_000, "us"),
-        (1, "ns"),
-    ];
-    if ns == 0 {
-        return "0 s".to_owned();
-    }
-    units
-        .iter()
-        .find(|(size, _)| ns.is_multiple_of(*size))
-        .map_or_else(String::new, |(size, unit)| format!("{} {unit}", ns / size))
-}

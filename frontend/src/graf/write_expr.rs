@@ -1,5 +1,6 @@
 //! Writes expressions, with words or with the signs of Grafcet, and with parentheses only where they are needed.
 
+use grafsynth_ir::duration;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{Expr, Leaf};
@@ -231,14 +232,14 @@ impl ExprWriter {
                 out.push(')');
             }
             Leaf::Otherwise => out.push_str("otherwise"),
-            Leaf::Duration(ns) => out.push_str(&names::duration(*ns)),
+            Leaf::Duration(ns) => out.push_str(&duration(*ns)),
             Leaf::Delay(on, inner, off) => {
-                out.push_str(&names::duration(*on));
+                out.push_str(&duration(*on));
                 out.push('/');
                 self.write(out, inner, Level::Prefix);
                 if *off > 0 {
                     out.push('/');
-                    out.push_str(&names::duration(*off));
+                    out.push_str(&duration(*off));
                 }
             }
         }

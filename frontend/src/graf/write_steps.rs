@@ -2,6 +2,7 @@
 
 use grafsynth_ir::Span;
 use grafsynth_ir::chart::{Block, Step, StepItem, StepItemKind, StepRole, Stmt, StmtKind};
+use grafsynth_ir::duration;
 use grafsynth_ir::net::Verbatim;
 
 use super::layout::{Doc, broken, on_one_line, text};
@@ -101,7 +102,7 @@ impl Writer<'_> {
             }
             StmtKind::Raise(event) => format!("raise {}", dotted(&event.text)),
             StmtKind::Send { event, after, slot } => {
-                let after = after.map(|ns| format!(" after {}", names::duration(ns)));
+                let after = after.map(|ns| format!(" after {}", duration(ns)));
                 let slot = slot.as_ref().map(|slot| format!(" as {}", anywhere(&slot.text)));
                 let (after, slot) = (after.unwrap_or_default(), slot.unwrap_or_default());
                 format!("send {}{after}{slot}", dotted(&event.text))

@@ -6,6 +6,7 @@ use grafsynth_ir::chart::{
     Length, MacroStep, Parameter, Path, Place, Property, Setting, SettingKind, StepRole,
     Transition, Use,
 };
+use grafsynth_ir::duration;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Qualifier};
 use itertools::Itertools as _;
@@ -120,8 +121,8 @@ impl Text {
         let latched = names::dotted(&target.text, Position::Anywhere);
         let action = match how {
             ActionHow::Bare => action,
-            ActionHow::After(ns) => format!("{action} after {}", names::duration(ns)),
-            ActionHow::For(ns) => format!("{action} for {}", names::duration(ns)),
+            ActionHow::After(ns) => format!("{action} after {}", duration(ns)),
+            ActionHow::For(ns) => format!("{action} for {}", duration(ns)),
             // `set` and `reset` accept only a name.
             ActionHow::Qualified(Qualifier::S, _) if arguments.is_empty() => {
                 format!("set {latched}")
@@ -133,7 +134,7 @@ impl Text {
                 format!("{action} {}", qualifier_word(qualifier))
             }
             ActionHow::Qualified(qualifier, Some(ns)) => {
-                format!("{action} {} {}", qualifier_word(qualifier), names::duration(ns))
+                format!("{action} {} {}", qualifier_word(qualifier), duration(ns))
             }
         };
         match condition {
@@ -191,7 +192,7 @@ impl Text {
         }
         if let Some((length, _)) = &transition.after {
             let length = match length {
-                Length::Ns(ns) => names::duration(*ns),
+                Length::Ns(ns) => duration(*ns),
                 Length::Named(path) => names::path(path, Position::Length),
             };
             clauses.push((Clause::Other, format!("after {length}")));
@@ -203,7 +204,7 @@ impl Text {
             clauses.push((Clause::Other, "restart".to_owned()));
         }
         if let Some(ns) = transition.deadline_ns {
-            clauses.push((Clause::Other, format!("deadline {}", names::duration(ns))));
+            clauses.push((Clause::Other, format!("deadline {}", duration(ns))));
         }
         let attributes = attributes(&transition.meta);
         if !attributes.is_empty() {
@@ -356,7 +357,7 @@ pub(crate) fn qualifier_word(qualifier: Qualifier) -> &'static str {
 
 pub(crate) fn setting_text(setting: &Setting) -> String {
     match &setting.kind {
-        SettingKind::Tick(ns) => format!("tick {}", names::duration(*ns)),
+        SettingKind::Tick(ns) => format!("tick {}", duration(*ns)),
         SettingKind::Conflict(policy) => {
             format!(
                 "conflict {}",

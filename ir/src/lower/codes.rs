@@ -118,8 +118,8 @@ codes! {
     EMERGENCY_TWICE = "G0253", "second emergency";
     /// A step has a budget, but the cost of one of its tasks is not given.
     TASK_WITHOUT_COST = "G0254", "task without a cost";
-    /// `deadline` has no effect, because a split does not check deadlines yet.
-    NOT_YET = "G0255", "unsupported deadline";
+    /// `deadline` has an effect only in a split.
+    DEADLINE = "G0255", "deadline outside a split";
     /// A transition leaves and enters the same step, which stays active, although the step has an effect on entry or exit.
     STAYS_ACTIVE = "G0256", "step that stays active";
     /// Two consecutive steps pulse the same action, which gives one pulse only.

@@ -387,12 +387,9 @@ impl<'a> Expansion<'_, 'a> {
         transition.restart |= source.restart;
         if source.deadline_ns.is_some() {
             self.lowering.report(
-                Diagnostic::error(
-                    codes::NOT_YET,
-                    "`deadline` is not supported: a split does not check deadlines yet",
-                )
-                .at(source.meta.span, "has no effect")
-                .help("remove it; `build --target c --report` shows the worst-case time of a reaction"),
+                Diagnostic::note(codes::DEADLINE, "only `split` checks a `deadline`")
+                    .at(source.meta.span, "has a deadline")
+                    .help("`build --target c --report` shows the worst-case time of a reaction"),
             );
         }
         transition.deadline_ns = source.deadline_ns;

@@ -4,9 +4,9 @@ use super::codes;
 use super::context::{Lowering, Outcome, Role, Symbol, Use, Work};
 use super::place::Place;
 use super::roles::{empty_driver, is_controlling, main_duration, more_timers};
-use super::times::duration;
 use crate::chart::ActionHow;
 use crate::diag::{Diagnostic, ErrorReported};
+use crate::duration;
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::net::{
     ActionId, ActionUse, ControlledAction, Driver, Emission, ExternCall, Leaf, OutputId, Qualifier,

@@ -6,6 +6,7 @@ use super::names::{Attribute, Resolved, StepLike};
 use super::place::{Place, Target};
 use crate::chart::{Expr as Syntax, Leaf as SyntaxLeaf, Length};
 use crate::diag::Diagnostic;
+use crate::duration;
 use crate::expr::{CompareOp, Expr, ExprKind};
 use crate::interval::{self, TypeError, TypeErrorKind};
 use crate::net::{Evolution, Leaf, Meta, StepId, Timer, TimerId};
@@ -329,22 +330,5 @@ impl Lowering<'_> {
             Some(Leaf::Controlled(id)) => net.actions[id].name.text.clone(),
             Some(Leaf::Rise(_) | Leaf::Fall(_) | Leaf::Fireable(_)) | None => "delay".to_owned(),
         }
-    }
-}
-
-/// A duration in the chart language, in the largest unit that needs no fraction.
-pub(super) fn duration(ns: u64) -> String {
-    const UNITS: [(u64, &str); 6] = [
-        (3_600_000_000_000, "h"),
-        (60_000_000_000, "min"),
-        (1_000_000_000, "s"),
-        (1_000_000, "ms"),
-        (1_000, "us"),
-        (1, "ns"),
-    ];
-    let fits = UNITS.iter().find(|(unit, _)| ns >= *unit && ns.is_multiple_of(*unit));
-    match fits {
-        Some((unit, word)) => format!("{} {word}", ns / unit),
-        None => format!("{ns} ns"),
     }
 }

@@ -13,6 +13,7 @@ mod check;
 mod files;
 mod make;
 mod pins_text;
+mod time;
 mod wiring;
 
 use std::collections::BTreeMap;
@@ -25,6 +26,7 @@ use crate::cpu::Cpu;
 pub use check::{Breach, Why, check};
 pub use files::{File, files};
 pub use make::link;
+pub use time::round_cycles;
 pub use wiring::{wiring_md, wiring_svg};
 
 /// What [`link`] needs.

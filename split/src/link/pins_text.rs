@@ -1,5 +1,6 @@
 //! `NAME_link_pins.h`: how the CPU sets and reads the pins of a link. Only this file depends on the family of the CPU.
 
+use super::time::{Wait, loop_of, settle};
 use super::{Connection, Link, Request};
 use crate::cpu::{Cpu, Family, Pin};
 
@@ -177,26 +178,17 @@ fn directions(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String 
     text
 }
 
-/// A loop of more iterations is written as a loop; fewer cycles are single instructions.
-const MOST_NOPS: u64 = 16;
-
 /// The waits for the chips.
 fn waits(request: &Request<'_>, upper: &str) -> String {
     let (cpu, name) = (request.cpu, &request.name);
     let hz = u64::from(cpu.clock_hz / cpu.clocks_per_cycle);
-    // An AVR and an STM32 read a pin through a synchroniser of two flip-flops.
-    let settle = (hz * u64::from(request.timing.settle_ns)).div_ceil(1_000_000_000) + 2;
     let power_up = (hz * u64::from(request.timing.power_up_us)).div_ceil(1_000_000);
+    let settle = settle(cpu, &request.timing);
     let (settle_body, power_up_body) = match cpu.family {
         Family::Host => (format!("    {name}_link_host_settle();\n"), String::new()),
-        Family::Avr if settle <= MOST_NOPS => {
-            (nops(settle, "__asm__ __volatile__(\"nop\");"), wait_loop(power_up))
+        Family::Avr | Family::Mcs51 | Family::Stm32f1 => {
+            (wait(cpu, settle), wait(cpu, loop_of(power_up)))
         }
-        Family::Mcs51 if settle <= MOST_NOPS => {
-            (nops(settle, "__asm__(\"nop\");"), wait_loop(power_up))
-        }
-        // An STM32 may drop a `nop` before it executes.
-        Family::Avr | Family::Mcs51 | Family::Stm32f1 => (wait_loop(settle), wait_loop(power_up)),
     };
     format!(
         "\n/* Waits until the outputs of the chips have followed their inputs: {} ns at {} Hz, longer at a lower frequency. */\n\
@@ -209,14 +201,16 @@ fn waits(request: &Request<'_>, upper: &str) -> String {
     )
 }
 
-fn nops(count: u64, nop: &str) -> String {
-    (0..count).map(|_| format!("    {nop}\n")).collect()
-}
-
-/// A loop of at least that many cycles: an iteration loads, tests, decrements and stores the counter, which is at least four.
-fn wait_loop(cycles: u64) -> String {
-    format!(
-        "    for (volatile uint32_t rest = {}UL; rest != 0U; --rest) {{\n    }}\n",
-        cycles.div_ceil(4)
-    )
+/// The statements of a wait.
+fn wait(cpu: &Cpu, wait: Wait) -> String {
+    let nop = match cpu.family {
+        Family::Mcs51 => "    __asm__(\"nop\");\n",
+        Family::Avr | Family::Stm32f1 | Family::Host => "    __asm__ __volatile__(\"nop\");\n",
+    };
+    match wait {
+        Wait::Nops(n) => (0..n).map(|_| nop).collect(),
+        Wait::Loop(n) => {
+            format!("    for (volatile uint32_t rest = {n}UL; rest != 0U; --rest) {{\n    }}\n")
+        }
+    }
 }

@@ -1,0 +1,55 @@
+//! The time of a round: an upper estimate, from the acts and the constants of the CPU.
+
+use super::{Act, Link, Timing};
+use crate::cpu::{Cpu, Family};
+
+/// A loop of more iterations is written as a loop; fewer cycles are single instructions.
+const MOST_NOPS: u64 = 16;
+/// The cycles of an iteration of [`Wait::Loop`] at least: the counter is loaded, tested, decremented and stored.
+const LEAST_OF_ITERATION: u64 = 4;
+
+/// How the CPU waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wait {
+    /// As many single instructions that do nothing.
+    Nops(u64),
+    /// As many iterations of a loop.
+    Loop(u64),
+}
+
+/// The wait for the outputs of the chips.
+pub(super) fn settle(cpu: &Cpu, timing: &Timing) -> Wait {
+    let hz = u64::from(cpu.clock_hz / cpu.clocks_per_cycle);
+    // An AVR and an STM32 read a pin through a synchroniser of two flip-flops.
+    let cycles = (hz * u64::from(timing.settle_ns)).div_ceil(1_000_000_000) + 2;
+    // An STM32 may drop a `nop` before it executes.
+    if matches!(cpu.family, Family::Avr | Family::Mcs51) && cycles <= MOST_NOPS {
+        Wait::Nops(cycles)
+    } else {
+        loop_of(cycles)
+    }
+}
+
+/// A loop of at least that many cycles.
+pub(super) fn loop_of(cycles: u64) -> Wait {
+    Wait::Loop(cycles.div_ceil(LEAST_OF_ITERATION))
+}
+
+/// The cycles of one round at most, without the reaction of the part on the CPU; `None` if no time can be stated for this CPU.
+#[must_use]
+pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
+    let cycles = cpu.link_cycles?;
+    let wait = match settle(cpu, timing) {
+        Wait::Nops(n) => n,
+        // The iteration that ends the loop counts too.
+        Wait::Loop(n) => (n + 1) * u64::from(cycles.wait),
+    };
+    let acts = link.acts.iter().map(|act| match act {
+        Act::Settle => wait,
+        Act::React => 0,
+        Act::Latch | Act::Hand { .. } | Act::Put { .. } | Act::Get { .. } | Act::Clock { .. } => {
+            u64::from(cycles.act)
+        }
+    });
+    Some(u64::from(cycles.call) + acts.sum::<u64>())
+}
