@@ -1,4 +1,4 @@
-//! The link of a split: from the pins of the fitted chips and the interface of the emitted C to driver C and wiring.
+//! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
 use super::{PartDevice, Request, Split};
 use crate::built::OutputFile;
@@ -13,31 +13,34 @@ use grafsynth_split::link::{
 };
 use std::collections::BTreeMap;
 
-/// The files of the link: driver C, the table of wires and its drawing. The acts of a round are checked before they are printed.
+/// The files of the link: its C, the wiring table and the wiring diagram. The acts of a round are checked before they are printed.
 ///
 /// # Errors
-/// Too few pins of the CPU; signals that cannot be wired; a chip whose pins are not assigned. A breach of the check would be a bug.
+/// Too few pins on the CPU; signals that cannot be wired; a chip whose pins are not assigned. A failed check is a bug in grafsynth.
 pub fn link(
     net: &Net,
     split: &Split,
     request: &Request<'_>,
 ) -> Result<Vec<OutputFile>, Vec<Diagnostic>> {
-    let refuse = |why: String| vec![Diagnostic::error(codes::NO_PARTITION, why)];
+    let bug = |why: String| {
+        let found = Diagnostic::error(codes::NO_PARTITION, why);
+        vec![found.help("this is a bug in grafsynth: please report it with the chart")]
+    };
     let mut chips = Vec::new();
     for (part, requested) in split.parts.iter().zip(request.parts) {
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
-                return Err(refuse(format!("the pins of `{}` are not assigned", requested.name)));
+                return Err(bug(format!("the pins of `{}` are not assigned", requested.name)));
             };
-            chips.push(pins(chip, device.name).map_err(refuse)?);
+            chips.push(pins(chip, device.name).map_err(bug)?);
         }
     }
     let (Some(cpu), Some(package)) = (
         request.parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name())),
         split.parts.last().and_then(|part| part.built.packages.first()),
     ) else {
-        return Err(refuse("the part on the CPU was not built".to_owned()));
+        return Err(bug("the part on the CPU was not built".to_owned()));
     };
     let request = link::Request {
         net,
@@ -54,7 +57,7 @@ pub fn link(
     };
     let link = link::link(&request)?;
     check(&link.acts, &link.connections, &split.division, &chips)
-        .map_err(|breach| refuse(format!("the link does not make one round: {breach:?}")))?;
+        .map_err(|breach| bug(format!("the link does not perform exactly one round: {breach}")))?;
     let mut all: Vec<OutputFile> = files(&request, &link)
         .into_iter()
         .map(|file| OutputFile::new(file.name, file.text))
@@ -65,11 +68,11 @@ pub fn link(
     Ok(all)
 }
 
-/// The pins of a fitted chip by the meaning of its signals.
+/// The pins of a fitted chip, with the meanings of their signals.
 fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
     let pin_of = |name: &str| {
         let signal = chip.signals.iter().find(|signal| signal.name == name);
-        let signal = signal.ok_or_else(|| format!("signal `{name}` of {device} is not known"))?;
+        let signal = signal.ok_or_else(|| format!("the {device} has no signal `{name}`"))?;
         signal.pin.ok_or_else(|| format!("signal `{name}` of {device} has no pin"))
     };
     let mut pins = ChipPins { device: device.to_owned(), ..ChipPins::default() };
@@ -80,7 +83,12 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
                 pins.signals.push(ChipSignal { name, pin, object: Object::Input(id), bit });
             }
             PinRole::Tick => pins.tick = Some(pin_of(&input.name)?),
-            _ => return Err(format!("signal `{}` of {device} has no meaning", input.name)),
+            _ => {
+                return Err(format!(
+                    "signal `{}` of {device} is not an input of the part",
+                    input.name
+                ));
+            }
         }
     }
     for output in chip.circuit.outputs.values() {

@@ -1,4 +1,4 @@
-//! `NAME_link_pins.h`: how the CPU sets and reads the pins of a link. Only this file depends on the family of the CPU.
+//! `NAME_link_pins.h`: how the CPU sets and reads the pins of a link. Only this module depends on the family of the CPU.
 
 use super::{Connection, Link, Request};
 use crate::cpu::{Cpu, Family, Pin};
@@ -55,7 +55,7 @@ pub(super) fn pins(request: &Request<'_>, link: &Link) -> String {
         }
     }
     text += &format!(
-        "\n/* The pins get the levels that the resistors give them, then their directions. */\nstatic inline void {name}_link_pins_init(void)\n{{\n{}}}\n\
+        "\n/* Sets the pins to the levels of their resistors, then sets their directions. */\nstatic inline void {name}_link_pins_init(void)\n{{\n{}}}\n\
          #ifndef {upper}_LINK_PINS_INIT\n#define {upper}_LINK_PINS_INIT() {name}_link_pins_init()\n#endif\n",
         directions(cpu, name, &upper, &lines)
     );
@@ -101,7 +101,7 @@ fn bit_name(name: &str, pin: Pin) -> String {
     format!("{name}_link_P{}_{}", pin.port, pin.bit)
 }
 
-/// The statement that gives an output a level.
+/// The statement that sets an output to a level.
 fn set(cpu: &Cpu, name: &str, upper: &str, pin: Pin, level: bool) -> String {
     let Pin { port, bit, number, .. } = pin;
     match cpu.family {
@@ -177,7 +177,7 @@ fn directions(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String 
     text
 }
 
-/// A loop of more iterations is written as a loop; fewer cycles are single instructions.
+/// More cycles than this are written as a loop, fewer as single instructions.
 const MOST_NOPS: u64 = 16;
 
 /// The waits for the chips.
@@ -199,10 +199,10 @@ fn waits(request: &Request<'_>, upper: &str) -> String {
         Family::Avr | Family::Mcs51 | Family::Stm32f1 => (wait_loop(settle), wait_loop(power_up)),
     };
     format!(
-        "\n/* Waits until the outputs of the chips have followed their inputs: {} ns at {} Hz, longer at a lower frequency. */\n\
+        "\n/* Waits until the outputs of the chips have settled: {} ns at {} Hz, longer at a lower frequency. */\n\
          static inline void {name}_link_settle(void)\n{{\n{settle_body}}}\n\
          #ifndef {upper}_LINK_SETTLE\n#define {upper}_LINK_SETTLE() {name}_link_settle()\n#endif\n\
-         \n/* Waits from the start of the CPU until the chips are in their first states: {} us. Replace it if their supply comes later. */\n\
+         \n/* Waits from the start of the CPU until the chips are in their initial states: {} us. Replace it if their supply starts later. */\n\
          static inline void {name}_link_wait_chips(void)\n{{\n{power_up_body}}}\n\
          #ifndef {upper}_LINK_WAIT_CHIPS\n#define {upper}_LINK_WAIT_CHIPS() {name}_link_wait_chips()\n#endif\n",
         request.timing.settle_ns, cpu.clock_hz, request.timing.power_up_us,
@@ -213,7 +213,7 @@ fn nops(count: u64, nop: &str) -> String {
     (0..count).map(|_| format!("    {nop}\n")).collect()
 }
 
-/// A loop of at least that many cycles: an iteration loads, tests, decrements and stores the counter, which is at least four.
+/// A loop that takes at least this number of cycles: an iteration loads, tests, decrements and stores the counter, which takes at least four.
 fn wait_loop(cycles: u64) -> String {
     format!(
         "    for (volatile uint32_t rest = {}UL; rest != 0U; --rest) {{\n    }}\n",
