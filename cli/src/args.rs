@@ -128,7 +128,7 @@ pub(crate) enum Verb {
     Check(Check),
     /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
-    /// Split a chart between chips and a CPU, and prove that the parts equal the chart.
+    /// Split a chart between chips and a CPU, and prove the joined parts.
     Split(Box<Split>),
     /// Simulate a design and print the trace.
     Sim(Sim),
@@ -760,7 +760,7 @@ const EXAMPLES: [(&str, &str); 14] = [
     (
         "split",
         "  grafsynth split truck.graf --part chip=gal16v8 --part cpu=atmega328p --place R,L=chip -o out
-  grafsynth split truck.graf --with out/truck.split -o out  # with the partition as written there",
+  grafsynth split truck.graf --with out/truck.split -o out  # with the partition in that file",
     ),
     (
         "sim",

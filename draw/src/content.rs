@@ -52,7 +52,7 @@ impl Foreign {
                 "task: work of the step that is not interrupted; budget: work per reaction"
             }
             Foreign::Code => "code: code in a target language",
-            Foreign::Count => "count: the step can be active several times, and counts this",
+            Foreign::Count => "count: counted step, which contains the number of its activations",
             Foreign::Restart => "restart, deadline: clauses of the chart language",
             Foreign::Library => "a named box with `name : chart`: an instance of a library chart",
             Foreign::Words => "and, or, not, …: the words of the chart language",
