@@ -128,7 +128,7 @@ pub(crate) enum Verb {
     Check(Check),
     /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
-    /// Split a chart between chips and a CPU, with the wires between them and the proof.
+    /// Split a chart between chips and a CPU, and prove the joined parts.
     Split(Box<Split>),
     /// Simulate a design and print the trace.
     Sim(Sim),
@@ -416,22 +416,22 @@ pub(crate) struct Trust {
 pub(crate) struct Split {
     #[command(flatten)]
     pub(crate) input: Input,
-    /// A part and its device, for example `chip=gal22v10` or `cpu=atmega328p` (`list` lists the devices); repeatable, chips first and one CPU last.
+    /// A part and its device, for example `chip=gal22v10` or `cpu=atmega328p` (`list` lists the devices); repeatable; one CPU and at least one chip.
     #[arg(long, value_name = "NAME=DEVICE")]
     pub(crate) part: Vec<String>,
-    /// Place steps, transitions, variables or outputs on a part, for example `p1,p2=chip`; repeatable. `place p1 on chip` in a partition file is the same.
+    /// Place steps, transitions, variables or outputs on a part, for example `p1,p2=chip`; repeatable. `place p1 on chip` in the chart or the partition file does the same.
     #[arg(long, value_name = "NAMES=PART")]
     pub(crate) place: Vec<String>,
-    /// Partition file of an earlier split (STEM.split), which gives the parts and the places.
+    /// Read parts and places from the partition file (STEM.split) of an earlier split.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) with: Option<String>,
-    /// Minimise the estimated cycles of the CPU, the wires, or the macrocells.
+    /// Minimise the estimated CPU cycles (`cycles`), the wires (`pins`) or the macrocells of all chips (`cells`).
     #[arg(long, value_name = "WHAT", value_parser = OBJECTIVES, default_value = "cycles")]
     pub(crate) minimise: Objective,
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// Write the outputs even if a proof is open; the exit code is 4 then.
+    /// Write the outputs even if a proof is open; the exit code is then 4.
     #[arg(long)]
     pub(crate) unproved: bool,
     #[command(flatten)]
@@ -760,7 +760,7 @@ const EXAMPLES: [(&str, &str); 14] = [
     (
         "split",
         "  grafsynth split truck.graf --part chip=gal16v8 --part cpu=atmega328p --place R,L=chip -o out
-  grafsynth split truck.graf --with out/truck.split -o out  # with the partition as written there",
+  grafsynth split truck.graf --with out/truck.split -o out  # with the partition in that file",
     ),
     (
         "sim",

@@ -25,7 +25,7 @@ pub(crate) struct Columns {
     pub(crate) entry: Vec<Option<i64>>,
     /// The column of a link that leads up.
     pub(crate) up: Vec<Option<i64>>,
-    /// The left and right end of everything.
+    /// The left and right end of the whole graph.
     pub(crate) extent: (i64, i64),
 }
 
@@ -72,7 +72,7 @@ impl Outline {
         *at = (at.0.min(left - self.shift), at.1.max(right - self.shift));
     }
 
-    /// Adds another outline; the work is proportional to the smaller one.
+    /// Adds another outline, in time proportional to the smaller one.
     fn merge(&mut self, mut other: Outline) {
         if other.rows.len() > self.rows.len() {
             std::mem::swap(self, &mut other);
@@ -90,7 +90,7 @@ struct Item {
     outline: Outline,
     /// The middle of the part.
     axis: i64,
-    /// Where the links of the node above enter.
+    /// The columns in which the links from the node above enter.
     ports: Vec<i64>,
     nodes: Vec<(usize, i64)>,
     lanes: Vec<(usize, i64)>,
@@ -127,7 +127,7 @@ impl Item {
         shift
     }
 
-    /// Puts another part with its axis at `x`, or as near as there is room on a side.
+    /// Puts another part with its axis at `x`, or at the nearest free position on a side.
     fn put_below(&mut self, mut other: Item, x: i64) {
         other.shift(x - other.axis);
         let is_free =
@@ -142,7 +142,7 @@ impl Item {
     }
 }
 
-/// What a part contains: a node directly below the node above, or a link from it.
+/// The contents of a part: a node directly below the node above, or a link from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Key {
     Node(usize),
@@ -214,7 +214,7 @@ struct Blocks<'a> {
     children: Vec<Vec<usize>>,
     /// The links that lead up, by the node whose block has their column.
     ups: Vec<Vec<usize>>,
-    /// The block of each node until the node above takes it.
+    /// The block of each node, until it becomes part of the block of the node above.
     blocks: Vec<Option<Item>>,
     /// The axis of each node, relative to that of its dominator.
     dx: Vec<i64>,
@@ -222,7 +222,7 @@ struct Blocks<'a> {
     down: Vec<Option<(usize, i64)>>,
     entry: Vec<Option<(usize, i64)>>,
     up: Vec<Option<(usize, i64)>>,
-    /// Leads from a node to the finished node above it.
+    /// Maps a node to the finished node above it.
     owner: Vec<usize>,
 }
 

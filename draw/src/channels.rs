@@ -1,21 +1,21 @@
-//! The links of a graph: the horizontal lines between the rows, and the vertical lines that they join.
+//! The links of a graph: horizontal lines between the rows, and the vertical lines that they connect.
 //!
-//! Each node has at most one horizontal line below it, where its links part, and at most one above it, where links meet. All horizontal lines between two rows
-//! are in tracks: two of them that would touch are in different tracks, and if a line from above ends where another one begins downwards, the first is above.
+//! Each node has at most one horizontal line below it, where its links diverge, and at most one above it, where links converge. All horizontal lines between two rows
+//! are in tracks: lines that would touch are in different tracks. If a line from above ends in the column in which another one begins downwards, the first one is above.
 
 use crate::blocks::Columns;
 use crate::order::{Graph, Order};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The distance of tracks.
+/// The distance between tracks.
 const TRACK: i64 = 14;
 /// The height of a channel without horizontal lines.
 const CHANNEL: i64 = 14;
-/// Vertical lines that are nearer are not at the same height.
+/// Vertical lines that are nearer than this do not share a height.
 const NEAR: i64 = 8;
 /// How far a double line extends beyond its links.
 const OVERHANG: i64 = 9;
-/// Half the distance of the lines of a double line.
+/// Half the distance between the lines of a double line.
 pub(crate) const HALF: i64 = 2;
 
 /// A graph with coordinates.
@@ -42,7 +42,7 @@ struct Horizontal {
     left: i64,
     right: i64,
     is_double: bool,
-    /// The columns of the lines that come from above, and of those that lead down.
+    /// The columns of the lines from above, and of the lines that go down.
     above: Vec<i64>,
     below: Vec<i64>,
     track: usize,
@@ -98,7 +98,7 @@ struct Routes<'a> {
     verticals: Vec<Vertical>,
 }
 
-/// Gives everything its coordinates.
+/// Assigns coordinates to all nodes and lines.
 pub(crate) fn place(graph: &Graph, order: &Order, columns: &Columns) -> Placed {
     let n = graph.nodes.len();
     let n_rows = order.row.iter().max().map_or(0, |last| last + 1);
@@ -370,7 +370,7 @@ impl Routes<'_> {
     }
 }
 
-/// Gives each line of a channel its track. Returns the lines from above that need a detour, because lines would have to be above each other in a circle:
+/// Assigns a track to each line of a channel. Returns the lines from above that need a detour, because the order of the tracks would be cyclic:
 /// the line they lead to, their column, and the column of the new line, which is at the end of `lines`.
 fn assign(
     lines: &mut Vec<Horizontal>,
@@ -406,7 +406,7 @@ fn assign(
     }
 }
 
-/// For each line those that must be below it, with the column that demands it.
+/// For each line, the lines that must be below it, with the column that requires this.
 fn downwards(lines: &[Horizontal]) -> Vec<Vec<(usize, i64)>> {
     let mut starts: Vec<(i64, usize)> = Vec::new();
     for (index, line) in lines.iter().enumerate() {
@@ -429,7 +429,7 @@ fn downwards(lines: &[Horizontal]) -> Vec<Vec<(usize, i64)>> {
     lines.iter().enumerate().map(|(index, line)| below(index, line)).collect()
 }
 
-/// The lines with each one before those below it; or, if there is a circle, a line in it and the column of a line from above.
+/// The lines in order from top to bottom; or, if the order is cyclic, a line of the cycle and the column of a line from above.
 fn sorted(lines: &[Horizontal], downs: &[Vec<(usize, i64)>]) -> Result<Vec<usize>, (usize, i64)> {
     let mut n_above = vec![0; lines.len()];
     for (below, _) in downs.iter().flatten() {

@@ -24,7 +24,7 @@ pub(crate) struct Scope {
     pub(crate) inner: Vec<Scope>,
 }
 
-/// Notation that IEC 60848 does not have, for the legend.
+/// Notation that is not part of IEC 60848, for the legend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Foreign {
     Qualifier,
@@ -48,9 +48,11 @@ impl Foreign {
             Foreign::Otherwise => "otherwise: no earlier transition from the same step is fireable",
             Foreign::Priority => "priority n: rank in conflicts, 1 first",
             Foreign::Reaction => "on: runs while the step is active and the condition is true",
-            Foreign::Task => "task: indivisible work of the step; budget: work per reaction",
-            Foreign::Code => "code: text in a target language",
-            Foreign::Count => "count: the step stores a number of activations",
+            Foreign::Task => {
+                "task: work of the step that is not interrupted; budget: work per reaction"
+            }
+            Foreign::Code => "code: code in a target language",
+            Foreign::Count => "count: counted step, which contains the number of its activations",
             Foreign::Restart => "restart, deadline: clauses of the chart language",
             Foreign::Library => "a named box with `name : chart`: an instance of a library chart",
             Foreign::Words => "and, or, not, …: the words of the chart language",
@@ -60,7 +62,7 @@ impl Foreign {
     }
 }
 
-/// Everything that is drawn of a design.
+/// All parts of a design that are drawn.
 #[derive(Debug, Default)]
 pub(crate) struct Content {
     pub(crate) scopes: Vec<Scope>,
@@ -215,7 +217,7 @@ impl Reader {
         scope
     }
 
-    /// What is written about other items.
+    /// Texts about the other items, as remarks.
     fn remark(&mut self, item: &Item) -> Option<Rich> {
         let (mut text, condition) = match item {
             Item::Emergency(one) => {
@@ -495,7 +497,7 @@ impl Reader {
         scope.symbols.len() - 1
     }
 
-    /// The step of the scope that a path means.
+    /// The step of the scope with this path.
     fn local(&self, steps: &BTreeMap<String, usize>, step: &Path) -> Option<usize> {
         match step.names.as_slice() {
             [only] => steps.get(&only.text).copied(),

@@ -27,7 +27,7 @@ pub use svg::svg;
 use grafsynth_ir::chart::{Chart, Design, Item, SettingKind};
 use grafsynth_ir::net::Policy;
 
-/// What is drawn, and how.
+/// The charts to draw, and the notation of conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options<'a> {
     /// The name of the only chart to draw; `None` draws all charts and library charts.
@@ -41,7 +41,7 @@ pub struct Options<'a> {
 pub enum NotDrawn {
     /// The chart with this name is a statechart.
     Statechart(String),
-    /// There is no chart with the requested name; with the names that there are.
+    /// There is no chart with the requested name; contains the existing names.
     NoChart(Vec<String>),
 }
 

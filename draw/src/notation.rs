@@ -54,7 +54,7 @@ impl Notation {
         out
     }
 
-    /// The conjunction of conditions that are written already; each must be an operand of AND.
+    /// The conjunction of conditions that are already text; each must be an operand of AND.
     pub(crate) fn all(&self, conditions: &[Rich]) -> Rich {
         let mut out = Rich::default();
         for (index, condition) in conditions.iter().enumerate() {

@@ -17,15 +17,15 @@ pub(crate) struct Node {
     pub(crate) left: i64,
     /// Pixels to the right of the axis.
     pub(crate) right: i64,
-    /// Pixels from the top of everything to the end of the link from above.
+    /// Pixels from the top of the node, with all marks, to the end of the link from above.
     pub(crate) above: i64,
     /// Pixels from the end of the link from above to the beginning of the link below.
     pub(crate) body: i64,
-    /// Pixels from the beginning of the link below to the bottom of everything.
+    /// Pixels from the beginning of the link below to the bottom of the node, with all marks.
     pub(crate) below: i64,
     /// True for an initial step.
     pub(crate) is_initial: bool,
-    /// True for a transition: several links on a side make a double line.
+    /// True for a transition: several links on one side need a double line.
     pub(crate) is_transition: bool,
 }
 

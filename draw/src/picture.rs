@@ -11,7 +11,7 @@ pub struct Picture {
     pub height: i64,
     /// The name of the drawing, for screen readers.
     pub title: String,
-    /// Everything that is drawn, from back to front.
+    /// All shapes, from back to front.
     pub marks: Vec<Mark>,
 }
 
@@ -96,7 +96,7 @@ pub enum Pen {
     Bar,
     /// A frame around a chart or an expansion.
     Frame,
-    /// Lines inside of symbols and overlines.
+    /// Lines inside symbols, and overlines.
     Detail,
 }
 
@@ -124,7 +124,7 @@ impl Font {
 }
 
 impl Picture {
-    /// Moves everything.
+    /// Moves all shapes.
     pub(crate) fn shift(&mut self, dx: i64, dy: i64) {
         for mark in &mut self.marks {
             match &mut mark.shape {

@@ -1,4 +1,4 @@
-//! The sheet: charts, expansions and legend beside and below each other.
+//! The sheet: arranges charts, expansions and the legend beside and below each other.
 
 use crate::channels::{HALF, Placed, lay_out};
 use crate::content::{Content, Scope};
@@ -6,9 +6,9 @@ use crate::order::{Arc, Graph};
 use crate::picture::{Font, Pen, Picture, Shape};
 use crate::text::width;
 
-/// The distance of the parts of a sheet.
+/// The distance between the parts of a sheet.
 const GAP: i64 = 36;
-/// The margin inside of frames and around the sheet.
+/// The margin inside frames and around the sheet.
 const MARGIN: i64 = 16;
 /// The smallest width at which parts are put below each other.
 const WIDTH: i64 = 1000;
@@ -142,7 +142,7 @@ fn assemble(placed: Placed, symbols: Vec<Picture>) -> Picture {
     picture
 }
 
-/// Puts parts beside each other, and below if there is no room.
+/// Puts parts beside each other, and below if a row is full.
 fn flow(parts: Vec<Picture>) -> Picture {
     let area: i64 = parts.iter().map(|part| (part.width + GAP) * (part.height + GAP)).sum();
     let widest = parts.iter().map(|part| part.width).max().unwrap_or(0);

@@ -1,6 +1,6 @@
 //! A drawing as SVG.
 //!
-//! Colours follow the viewer's preference for light or dark. Text stays text: each one states its width, so that the drawing fits with any font.
+//! Colours follow the viewer's preference for light or dark. Text remains text: each text states its width, so that the drawing fits with any font.
 
 use crate::picture::{Element, Font, Mark, Pen, Picture, Shape};
 use std::fmt::Write as _;

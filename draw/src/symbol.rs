@@ -6,19 +6,19 @@ use crate::text::{Rich, broken_name, width};
 
 /// The smallest side of a step.
 const STEP: i64 = 36;
-/// The width from which the name of a step is broken.
+/// Names of steps that are wider than this are broken into lines.
 const LONGEST_NAME: i64 = 150;
-/// The width from which conditions and actions are broken at blanks.
+/// Conditions and actions that are wider than this are broken at spaces.
 const LONGEST_LINE: i64 = 260;
-/// The distance of lines of text.
+/// The distance between lines of text.
 const LINE: i64 = 15;
 /// Half the length of the bar of a transition.
 const BAR: i64 = 14;
 /// The thickness of the bar of a transition.
 const BAR_HEIGHT: i64 = 4;
-/// The distance of a step from its actions.
+/// The distance between a step and its actions.
 const STUB: i64 = 18;
-/// The distance of action boxes.
+/// The distance between action boxes.
 const BETWEEN: i64 = 4;
 
 /// The kinds of symbols.
@@ -298,7 +298,7 @@ fn arrow(picture: &mut Picture, from: (i64, i64), to: (i64, i64)) {
     picture.line((to.0 + 3, to.1 + back), to, Pen::Detail);
 }
 
-/// Left, top, right and bottom of a mark.
+/// The left, top, right and bottom edge of a mark.
 fn bounds(mark: &Mark) -> (i64, i64, i64, i64) {
     match &mark.shape {
         Shape::Rect { x, y, width, height, .. } => (*x, *y, x + width, y + height),

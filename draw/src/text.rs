@@ -1,7 +1,7 @@
 //! Texts with overlines, and their widths.
 //!
 //! The widths are the advance widths of Liberation Sans 2, which has the metrics of Arial and Helvetica, in thousandths of the letter height. Characters
-//! outside of the table get a generous width. Each text of the SVG states its width (`textLength`), so that viewers with another font keep to it.
+//! outside the table get a generous width. Each text of the SVG states its width (`textLength`), so that viewers scale another font to it.
 
 /// The widths of the characters from U+0020 to U+007E.
 const ASCII: [u16; 95] = [
@@ -74,7 +74,7 @@ impl Rich {
         }));
     }
 
-    /// Draws a line over everything from byte `start` on.
+    /// Draws a line over the text from byte `start` on.
     pub(crate) fn overline(&mut self, start: usize) {
         let inner = self.bars.iter().filter(|bar| bar.start >= start).map(|bar| bar.level + 1);
         let level = inner.max().unwrap_or(0);
@@ -104,7 +104,7 @@ impl Rich {
         self.runs().iter().map(|(_, run)| width(run, size)).sum()
     }
 
-    /// The text in lines of about `most` pixels, broken at blanks that are not below an overline.
+    /// The text in lines of about `most` pixels, broken at spaces that are not below an overline.
     pub(crate) fn lines(&self, size: i64, most: i64) -> Vec<Rich> {
         let mut lines = Vec::new();
         let mut start = 0;
@@ -146,7 +146,7 @@ impl Rich {
     }
 }
 
-/// A name in lines of at most `most` pixels; a name has no blank, so it is broken anywhere.
+/// A name in lines of at most `most` pixels. A name has no spaces, so it is broken anywhere.
 pub(crate) fn broken_name(name: &str, size: i64, most: i64) -> Vec<String> {
     let mut lines = vec![String::new()];
     let mut so_far = 0;

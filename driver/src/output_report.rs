@@ -93,7 +93,7 @@ pub enum OutputProof {
         /// The test of the compiled text, or the reason why there was none.
         ran: Result<Tested, OpenReason>,
     },
-    /// The same of edited text, which was not compiled.
+    /// The same for edited text, which was not compiled.
     Edited {
         /// The size of the proof.
         induction: Induction,

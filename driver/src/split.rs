@@ -1,11 +1,11 @@
 //! From a net to its parts on chips and a CPU: partition, divide, fit, prove (semantics §10).
 //!
 //! ```text
-//! together   split::together     objects that lie on one part
-//! search     split::search       the best partition whose chips hold their parts, which are built as any net is:
+//! together   split::together     objects that must be on the same part
+//! search     split::search       the best partition in which each part fits its chip; the parts are built like any net:
 //!   partition  split::partition    the part of each group, by estimates or by lower bounds
 //!   divide     split::divide       one net for each part, and the wires
-//! joined     verify::joined      the parts with their wires are the net
+//! joined     verify::joined      proves that the parts with their wires are the net
 //! ```
 
 mod file;
@@ -29,7 +29,7 @@ use grafsynth_split::codes::APART;
 pub use grafsynth_split::cpu::CPUS;
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
-use grafsynth_split::solve::{Conflict, Constraint};
+use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
 use grafsynth_split::{Groups, PartSpec, Partition, together};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
@@ -62,7 +62,7 @@ impl PartDevice {
         }
     }
 
-    /// The known name that is nearest to a wrong one.
+    /// The known device name that is most similar to an unknown one.
     #[must_use]
     pub fn near(name: &str) -> Option<&'static str> {
         nearest(name, Device::names().chain(CPUS.iter().map(|cpu| cpu.name)))
@@ -78,7 +78,7 @@ pub struct RequestedPart {
     pub device: PartDevice,
 }
 
-/// What a split is made from.
+/// The parts, places and options of a split.
 #[derive(Debug)]
 pub struct Request<'a> {
     /// The parts: chips first, the CPU last.
@@ -87,9 +87,9 @@ pub struct Request<'a> {
     pub places: &'a [Place],
     /// What is minimised.
     pub objective: Objective,
-    /// The number of partitions that may be built to find a better one, or to show that there is none, after the first one that fits.
+    /// After the first partition that fits, the number of partitions that may be built to find a better one, or to show that there is none.
     pub fits: usize,
-    /// The beginning of the names of all files.
+    /// The prefix of all file names.
     pub stem: &'a FileStem,
     /// The options of the builds of the parts.
     pub options: &'a BuildOptions,
@@ -109,7 +109,7 @@ pub struct BuiltPart {
 /// A split.
 #[derive(Debug)]
 pub struct Split {
-    /// The groups of objects that lie on one part.
+    /// The groups of objects that must be on the same part.
     pub groups: Groups,
     /// The part of each group.
     pub partition: Partition,
@@ -123,7 +123,7 @@ pub struct Split {
     pub parts: Vec<BuiltPart>,
     /// Whether the parts, joined by their wires, are the net.
     pub joined: Verdict<Joined, Apart>,
-    /// The number of partitions that were built and that a chip could not hold.
+    /// The number of partitions that were built and in which a part did not fit its chip.
     pub unfit: usize,
 }
 
@@ -151,7 +151,7 @@ impl Split {
 /// Finds the best partition that fits, builds its parts and proves that they are the net.
 ///
 /// # Errors
-/// Features that cannot be split; places that cannot be kept; constraints that exclude each other; errors of a part other than a lack of room.
+/// Unsupported features; contradictory places or constraints; errors in the build of a part, except that it does not fit.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
     let groups = together(net)?;
     let Fitted { partition, value, bound, division, chips, unfit } =
@@ -254,25 +254,31 @@ fn unplaced(
                 place.item.describe(net),
                 part(place.part)
             );
-            written_at(Diagnostic::error(codes::NO_PARTITION, message), place.span)
+            let found = Diagnostic::error(codes::NO_PARTITION, message)
+                .help("place it on the CPU, or remove the place");
+            written_at(found, place.span)
         }
         Unplaced::Conflict(conflict) => {
             let mut message = "no partition fits: ".to_owned();
             message += &fights(net, groups, request, conflict).join("; ");
             if excluded > 0 {
                 message += &format!(
-                    " ({} did not fit when really built)",
+                    " ({} fitted by estimate, but not when built)",
                     counted(excluded, "partition", "partitions")
                 );
             }
-            Diagnostic::error(codes::NO_PARTITION, message)
-                .help("use a larger chip, place less on it, or add a part")
+            let found = Diagnostic::error(codes::NO_PARTITION, message)
+                .help("use a larger chip, place fewer objects on it, or add a part");
+            let placed = conflict.fights.iter().filter_map(|fight| match fight.constraint {
+                Constraint::Allowed { node } => place_of(groups, request, node),
+                _ => None,
+            });
+            placed.fold(found, |found, place| written_at(found, place.span))
         }
-        Unplaced::Unknown => Diagnostic::error(
-            codes::NO_PARTITION,
-            "no partition was found within the limit of the search",
-        )
-        .help("place some objects with `--place`"),
+        Unplaced::Unknown => {
+            Diagnostic::error(codes::NO_PARTITION, "the search for a partition reached its limit")
+                .help("place some objects with `--place`: fewer choices are then left")
+        }
         Unplaced::Malformed(error) => {
             Diagnostic::error(codes::NO_PARTITION, format!("no partition: {error}"))
         }
@@ -280,49 +286,48 @@ fn unplaced(
     vec![one]
 }
 
-/// The finding with the location of a place, if that is in the chart.
+/// Adds the location of a place, if it is in the chart.
 fn written_at(found: Diagnostic, span: Span) -> Diagnostic {
     if span == Span::default() { found } else { found.at(span, "placed here") }
 }
 
-/// The constraints that exclude each other, with their numbers.
+/// The place of an object of a group, if the designer placed one.
+fn place_of<'r>(groups: &Groups, request: &Request<'r>, group: usize) -> Option<&'r Place> {
+    request.places.iter().find(|place| groups.of.get(&place.item) == Some(&group))
+}
+
+/// The constraints that contradict each other, with the required and the available amounts.
 fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict) -> Vec<String> {
     let part = |at: usize| request.parts.get(at).map_or("", |part| part.name.as_str());
-    let amount = |fight: &grafsynth_split::solve::Fight| match fight.amount {
-        Some(amount) => {
-            let need = amount.need.map_or("more".to_owned(), |need| need.to_string());
-            format!("needs {need}, has {}", amount.have)
+    let amount = |at: usize, what: &str, fight: &Fight| match fight.amount {
+        Some(Amount { need: Some(need), have }) => {
+            format!("`{}` needs at least {need} {what}, but has {have}", part(at))
         }
-        None => String::new(),
-    };
-    let first = |group: usize| {
-        groups
-            .groups
-            .get(group)
-            .and_then(|items| items.first())
-            .map_or(String::new(), |item| item.describe(net))
+        Some(Amount { need: None, have }) => format!("`{}` has only {have} {what}", part(at)),
+        None => format!("the {what} of `{}`", part(at)),
     };
     conflict
         .fights
         .iter()
         .map(|fight| match fight.constraint {
-            Constraint::Capacity { part: at, .. } => {
-                format!("macrocells of `{}`: {}", part(at), amount(fight))
-            }
-            Constraint::Pins { part: at } => format!("pins of `{}`: {}", part(at), amount(fight)),
+            Constraint::Capacity { part: at, .. } => amount(at, "macrocells", fight),
+            Constraint::Pins { part: at } => amount(at, "pins", fight),
             Constraint::Allowed { node } => match groups.cpu_only.get(&node) {
                 Some((item, why)) => format!("{} needs the CPU: {why}", item.describe(net)),
-                None => format!("{} is placed", first(node)),
+                None => place_of(groups, request, node).map_or_else(
+                    || "an object is placed".to_owned(),
+                    |place| {
+                        format!("{} is placed on `{}`", place.item.describe(net), part(place.part))
+                    },
+                ),
             },
-            Constraint::Together { .. } => "objects that lie together".to_owned(),
-            Constraint::Forbidden { .. } => {
-                "a set of objects that the chip could not hold".to_owned()
-            }
+            Constraint::Together { .. } => "objects that must be on the same part".to_owned(),
+            Constraint::Forbidden { .. } => "a set of objects did not fit its chip".to_owned(),
         })
         .collect()
 }
 
-/// The object with a name: a step, transition, variable, action or output. A word before the name selects the kind: `step p1`.
+/// The step, transition, variable, output or action with this name. A word before the name selects the kind: `step p1`.
 #[must_use]
 pub fn item(net: &Net, text: &str) -> Option<Item> {
     let (kind, name) = text.split_once(' ').map_or(("", text), |(kind, name)| (kind, name.trim()));
@@ -359,7 +364,7 @@ pub fn item(net: &Net, text: &str) -> Option<Item> {
     all.into_iter().find(|(word, _)| is(word)).map(|(_, item)| item)
 }
 
-/// The object of a placement of the chart.
+/// The object that a `place` in the chart names.
 #[must_use]
 pub fn placed_item(item: PlacedItem) -> Item {
     match item {
@@ -376,5 +381,6 @@ pub fn item_names(net: &Net) -> impl Iterator<Item = &str> {
     let transitions = net.transitions.values().map(|it| it.name.text.as_str());
     let vars = net.vars.values().map(|it| it.name.text.as_str());
     let outputs = net.outputs.values().map(|it| it.name.text.as_str());
-    steps.chain(transitions).chain(vars).chain(outputs)
+    let actions = net.actions.values().map(|it| it.name.text.as_str());
+    steps.chain(transitions).chain(vars).chain(outputs).chain(actions)
 }

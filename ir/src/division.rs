@@ -1,7 +1,7 @@
-//! A net that is divided into parts, one for each chip and the last one for the CPU (semantics §10).
+//! A net that is divided into parts: one for each chip, and the last one for the CPU (semantics §10).
 //!
-//! Each part is a net of its own, which the back ends, engines and proofs take like any other net. This module is only data: `grafsynth-split` makes it, and
-//! `grafsynth-verify` proves that the parts, joined by their wires, are the net.
+//! Each part is a net of its own, which back ends, engines and proofs accept like any other net. This module is only data: `grafsynth-split` creates it, and
+//! `grafsynth-verify` proves that the parts, joined by their wires, equal the net.
 
 use crate::arena::IdMap;
 use crate::net::{
@@ -28,7 +28,7 @@ pub struct Owners {
     pub outputs: IdMap<Output, PartIndex>,
 }
 
-/// A net as parts.
+/// A net that is divided into parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Division {
     /// The parts, in the order in which they decide: chips first, the CPU last.
@@ -54,24 +54,24 @@ pub struct Wire {
     pub to: Vec<(PartIndex, InputId)>,
 }
 
-/// One part: a net, and the object of the whole net that each of its objects is or copies.
+/// One part: its net, and for each of its objects the original in the whole net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PartNet {
     /// The name of the part, as in `--part NAME=DEVICE`.
     pub name: String,
     /// The net of the part.
     pub net: Valid<Net>,
-    /// The step that each step is or copies.
+    /// The original of each step, which may be a copy.
     pub steps: IdMap<Step, StepId>,
-    /// The transition that each transition is, or whose effect it repeats.
+    /// The original of each transition, which may be an image that repeats its effect.
     pub transitions: IdMap<Transition, TransitionId>,
-    /// The variable that each variable is.
+    /// The original of each variable.
     pub vars: IdMap<Var, VarId>,
-    /// The timer that each timer is or copies.
+    /// The original of each timer, which may be a copy.
     pub timers: IdMap<Timer, TimerId>,
-    /// The operand that each operand of edges is or copies.
+    /// The original of each operand of edges, which may be a copy.
     pub edges: IdMap<EdgeOperand, EdgeId>,
-    /// The controlled action that each action is.
+    /// The original of each controlled action.
     pub actions: IdMap<ControlledAction, ActionId>,
     /// The source of each input.
     pub inputs: IdMap<Input, Source>,

@@ -4,12 +4,12 @@ use grafsynth_ir::Code;
 
 /// The chart has a feature that a split does not support.
 pub const UNSUPPORTED: Code = Code { id: "G1001", title: "chart that cannot be split" };
-/// Two objects that must lie on one part are placed on different parts.
+/// Two objects that must be on the same part are placed on different parts.
 pub const APART: Code = Code { id: "G1002", title: "objects that cannot be separated" };
 /// A transition does not keep its deadline, or it is not known whether it does.
 pub const DEADLINE: Code = Code { id: "G1003", title: "deadline that is not kept" };
 
-/// The request for a link does not agree with the parts, the chips or the CPU.
+/// The request for a link does not match the parts, the chips or the CPU.
 pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
 /// The CPU has fewer pins than the link needs.
 pub const PINS: Code = Code { id: "G1011", title: "too few pins on the CPU" };

@@ -1,7 +1,7 @@
 //! Microcontrollers as data: the pins to which a chip can be wired, and the figures that decide whether a part fits.
 //!
-//! Each constant names the sources of its figures, and the wiring table repeats them, because a figure from memory must be compared with the data sheet before
-//! anything is wired.
+//! Each constant names the sources of its figures, and the wiring table repeats them, because figures from memory must be compared with the data sheet before
+//! anyone wires the board.
 
 /// How the pins of a microcontroller are set and read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -25,7 +25,7 @@ pub struct Pin {
     pub bit: u32,
     /// The number on the package.
     pub number: u32,
-    /// True if an output of a chip with a supply of 5 V may drive the pin.
+    /// True if an output of a 5 V chip may drive the pin.
     pub takes_5v: bool,
 }
 
@@ -58,7 +58,7 @@ pub struct Cpu {
     pub flash: u32,
     /// Bytes of RAM.
     pub ram: u32,
-    /// The pins that a link may use, in the order in which it takes them. Pins for reset, crystal and debugger are not listed.
+    /// The pins that a link may use, in order of preference. Pins for reset, crystal and debugger are not listed.
     pub pins: &'static [Pin],
     /// The highest clock frequency in hertz. Delays are computed for it, so they are longer at a lower frequency.
     pub clock_hz: u32,
@@ -88,14 +88,14 @@ impl Cpu {
         }
     }
 
-    /// The usable pin with a name, in any case of letters.
+    /// The usable pin with this name; letter case does not matter.
     #[must_use]
     pub fn pin(&self, name: &str) -> Option<Pin> {
         let is_it = |pin: &&Pin| self.pin_name(**pin).eq_ignore_ascii_case(name);
         self.pins.iter().find(is_it).copied()
     }
 
-    /// The usable pin with a number on the package.
+    /// The usable pin with this number on the package.
     #[must_use]
     pub fn pin_number(&self, number: u32) -> Option<Pin> {
         self.pins.iter().find(|pin| pin.number == number).copied()
@@ -106,7 +106,7 @@ const fn pin(port: char, bit: u32, number: u32) -> Pin {
     Pin { port, bit, number, takes_5v: true }
 }
 
-/// A pin of a microcontroller with 3.3 V that a chip with 5 V must not drive.
+/// A pin of a 3.3 V microcontroller that a 5 V chip must not drive.
 const fn low(port: char, bit: u32, number: u32) -> Pin {
     Pin { port, bit, number, takes_5v: false }
 }
@@ -214,7 +214,7 @@ const STM32F103: Cpu = Cpu {
 };
 
 /// `AT89S52` in the 40-pin DIP. Port 0 has open drains and is not listed; P1.5 to P1.7 belong to the programmer and P3.0 and P3.1 to the serial port, so they are
-/// last. In reset, all pins are pulled high inside with at most 50 microamperes; the resistor must win against that.
+/// last. In reset, the microcontroller pulls all pins high with at most 50 microamperes; the resistor must overcome this current.
 const AT89S52: Cpu = Cpu {
     name: "at89s52",
     package: "DIP-40",
@@ -260,7 +260,7 @@ const AT89S52: Cpu = Cpu {
 /// The microcontrollers.
 pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, STM32F103, AT89S52];
 
-/// A PC whose pins are functions of the program: for tests. It is not in [`CPUS`].
+/// A PC for tests; its pins are functions that the program provides. It is not in [`CPUS`].
 pub static HOST: Cpu = Cpu {
     name: "host",
     package: "none",
@@ -288,7 +288,7 @@ const HOST_PINS: [Pin; 64] = {
     pins
 };
 
-/// The microcontroller of that name, in any case of letters.
+/// The microcontroller with this name; letter case does not matter.
 #[must_use]
 pub fn cpu(name: &str) -> Option<&'static Cpu> {
     CPUS.iter().find(|cpu| cpu.name.eq_ignore_ascii_case(name))

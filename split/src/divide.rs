@@ -1,12 +1,12 @@
 //! The nets of the parts, and the wires between them (semantics §10.2).
 //!
 //! The net of a part contains the objects that the part owns, and copies of all steps, timers and operands of edges that these read. A copy of a step changes when
-//! a transition fires that enters or leaves it. If another part decides that transition, an *image* repeats its effect on the steps that are here: it has the same
-//! steps, cut to those of the part, and a wire as its receptivity. An image never loses a conflict: what competes with it is decided by the same part as the
-//! transition itself, and there it has won.
+//! a transition that enters or leaves it fires. If another part owns that transition, an *image* repeats its effect on the steps of this part: it has the
+//! steps of the transition that the part has, and a wire as its receptivity. An image never loses a conflict: the owner of the transition also owns all competing
+//! transitions, and has already resolved the conflict.
 //!
-//! A copy has no lists and no tasks, so each list runs on one part only. The steps after a transition are copied only if somebody reads them: a transition into a
-//! step of another part is a sink here, and a source there.
+//! A copy has no lists and no tasks, so each list runs on one part only. The steps after a transition are copied only if the part reads them: a transition into a
+//! step of another part is a sink transition in this part, and a source transition in the other.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -28,10 +28,10 @@ use grafsynth_ir::{Id, Name};
 use crate::codes;
 use crate::together::{Groups, Item};
 
-/// Divides a net: each object goes to its owner, and each part gets the copies and wires that it needs. `names` are the names of the parts.
+/// Divides a net: gives each object to its owner, and each part the copies and wires that it needs. `names` are the names of the parts.
 ///
 /// # Errors
-/// Bonded objects with different owners, each with the rule; findings of validation, which would be a bug.
+/// Bonded objects with different owners, each with the rule; findings of validation, which are a bug in grafsynth.
 pub fn divide(
     net: &Valid<Net>,
     groups: &Groups,
@@ -79,7 +79,7 @@ pub fn divide(
     Ok(Division { parts, owners, wires: all })
 }
 
-/// A name for each wire that no other object has: outputs, inputs and steps share the columns of a trace.
+/// A unique name for each wire, because outputs, inputs and steps share the columns of a trace.
 fn wire_names(net: &Net, shown: &BTreeSet<TransitionId>) -> BTreeMap<TransitionId, String> {
     let inputs = net.inputs.values().map(|it| it.name.text.as_str());
     let outputs = net.outputs.values().map(|it| it.name.text.as_str());
@@ -98,7 +98,7 @@ fn wire_names(net: &Net, shown: &BTreeSet<TransitionId>) -> BTreeMap<TransitionI
     names
 }
 
-/// The owner of an object; that of an event is the owner of what raises it.
+/// The owner of an object; the owner of an event is the part that raises it.
 fn owner_of(owners: &Owners, groups: &Groups, item: Item) -> Option<PartIndex> {
     Some(match item {
         Item::Step(id) => owners.steps[id],
@@ -140,7 +140,7 @@ impl Contents {
                 continue;
             }
             all.steps.extend(&transition.requires);
-            // Priorities and ages of the following steps decide between transitions, and order their actions.
+            // The priorities and ages of the following steps decide between transitions, and order their actions.
             if net.settings.policy == Policy::PriorityAge {
                 all.steps.extend(following(transition));
             }
@@ -221,7 +221,7 @@ impl Contents {
     }
 }
 
-/// Old ids and their new ones, in order.
+/// Old ids with their new ids, in order.
 type Ids<T> = BTreeMap<Id<T>, Id<T>>;
 
 /// The new ids of the objects of a part. An object that the part does not have is not in its map.

@@ -1,7 +1,7 @@
 //! Splits a net between chips and a CPU (semantics §10).
 //!
 //! ```text
-//! net ─ together ──► groups of objects that lie on one part
+//! net ─ together ──► groups of objects that must be on the same part
 //!     ─ partition ─► the part of each group, by the solver in `solve`
 //!     ─ divide ────► one net for each part, and the wires between them
 //! ```

@@ -1,9 +1,9 @@
 //! The part of each group of objects: the partition problem of a net, and its solution.
 //!
-//! A group (see [`together`](crate::together())) is a node of the problem. A wire is needed where a part has a step that a transition enters or leaves, and the
-//! transition is on another part; so each transition is a hyperedge from its group to the groups that have or read such a step, and the pins for wires and inputs
-//! are counted exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that
-//! probably fits, and a lower bound shows that no better one exists. Whether a chip holds its part is decided by the real fit.
+//! A group (see [`together`](crate::together())) is a node of the problem. A wire is needed if a part has a step that a transition of another part
+//! enters or leaves. So each transition is a hyperedge from its group to the groups that have or read such a step, and the pins for wires and inputs are counted
+//! exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that probably fits, and a
+//! lower bound shows that no better one exists. The fitter decides whether a part fits its chip.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -23,7 +23,7 @@ use crate::solve::{
 };
 use crate::together::{Groups, Item};
 
-/// What a part can hold.
+/// The capacity of a part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PartSpec {
     /// The name of the part, as in `--part NAME=DEVICE`.
@@ -32,7 +32,7 @@ pub struct PartSpec {
     pub is_chip: bool,
     /// The macrocells of a chip.
     pub cells: Option<u64>,
-    /// The pins of inputs and macrocells, without clock, supply and programming pins; `None` if macrocells can be without a pin, and for a CPU.
+    /// The pins of inputs and macrocells, without clock, supply and programming pins; `None` for a CPU, and if macrocells need no pin.
     pub pins: Option<u64>,
 }
 
@@ -47,10 +47,10 @@ pub struct Place {
     pub span: Span,
 }
 
-/// What is minimised among the partitions that fit.
+/// The objective that is minimised over the partitions that fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Objective {
-    /// The work of the CPU in a reaction, with four cycles for each wire.
+    /// The CPU cycles of a reaction, with four cycles for each wire.
     #[default]
     Cycles,
     /// The wires between parts.
@@ -100,11 +100,11 @@ pub struct Partition {
     pub part: Vec<PartIndex>,
     /// The owner of each object.
     pub owners: Owners,
-    /// The objective, and what each constraint uses.
+    /// The value of the objective, and how much of each capacity is used.
     pub evaluation: Evaluation,
-    /// A value that no partition within this count is below; the value itself if this is the optimum.
+    /// A lower bound on the objective of all partitions within this count; equal to the value if the partition is optimal.
     pub bound: i64,
-    /// For each group, what it would cost to move it alone to each other part.
+    /// For each group, the effect of moving it alone to each other part.
     pub alternatives: Vec<Vec<Alternative>>,
 }
 
@@ -126,7 +126,7 @@ pub enum Unplaced {
 /// The best partition within a count that is not excluded.
 ///
 /// # Errors
-/// Why there is none.
+/// The reason why there is no partition.
 pub fn partition(
     net: &Net,
     groups: &Groups,
@@ -223,7 +223,7 @@ pub fn problem(
     })
 }
 
-/// What the objects of a group read: steps and inputs, through edges and timers too.
+/// The steps and inputs that the objects of a group read, also through edges and timers.
 #[derive(Default)]
 struct Reads {
     steps: BTreeSet<StepId>,
@@ -336,7 +336,7 @@ fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
     all.map(|(_, driver, readers)| Wire { driver, readers, cost }).collect()
 }
 
-/// The pins for inputs, one for each bit on each part that reads the input, and for macrocells, each of which has a pin that nothing else can use.
+/// The pins for inputs and macrocells: one for each input bit on each part that reads it, and one for each macrocell, which nothing else can use.
 fn pins(net: &Net, groups: &Groups, count: Count) -> Vec<InputGroup> {
     let mut readers: BTreeMap<InputId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Which objects of a net lie on the same part: the rules of place (semantics §10.1).
+//! Which objects of a net must be on the same part: the rules of place (semantics §10.1).
 //!
 //! Two objects are *bonded* if a part that has one of them needs the other in the same reaction: a list and the variables that it writes, two transitions of which
 //! only one may fire. A part can have copies of steps and timers, because a step changes only when a transition fires, and that is what wires show. It cannot have
@@ -16,7 +16,7 @@ use grafsynth_ir::walk::statements;
 
 use crate::codes;
 
-/// An object that lies on exactly one part.
+/// An object that is on exactly one part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[expect(missing_docs, reason = "each variant names the object")]
 pub enum Item {
@@ -44,7 +44,7 @@ impl Item {
     }
 }
 
-/// Two objects that lie on the same part, and the rule that says so.
+/// Two objects that must be on the same part, and the rule that requires this.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bond {
     /// The first object.
@@ -70,7 +70,7 @@ pub enum Why {
     FireOne,
     /// An enclosing or forcing step changes other steps without a transition that enters or leaves them.
     Hierarchy,
-    /// The memory of a stored output, or the action that drives an output.
+    /// An output, and the variable or action that drives it.
     Drives,
 }
 
@@ -90,7 +90,7 @@ impl Why {
     }
 }
 
-/// The objects of a net in groups: all objects of a group lie on the same part.
+/// The objects of a net in groups: all objects of a group must be on the same part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Groups {
     /// The objects of each group, in order; the groups in the order of their first objects.
@@ -136,7 +136,7 @@ impl Groups {
 /// The groups of a net.
 ///
 /// # Errors
-/// Features that a split does not support, each with its place.
+/// Features that a split does not support, each with its source location.
 pub fn together(net: &Net) -> Result<Groups, Vec<Diagnostic>> {
     let hierarchy = hierarchy(net);
     let mut finder = Finder { net, hierarchy, bonds: Vec::new(), cpu: BTreeMap::new() };
@@ -190,7 +190,7 @@ impl Reads {
 
 struct Finder<'n> {
     net: &'n Net,
-    /// The steps that change without a transition that enters or leaves them: forced and enclosed ones, and those that force or enclose them.
+    /// Forced and enclosed steps, which can change without a transition that enters or leaves them, and the steps that force or enclose them.
     hierarchy: BTreeSet<StepId>,
     bonds: Vec<Bond>,
     cpu: BTreeMap<Item, &'static str>,
@@ -200,15 +200,30 @@ impl Finder<'_> {
     fn unsupported(&self) -> Result<(), Vec<Diagnostic>> {
         let net = self.net;
         let mut findings = Vec::new();
-        let mut refuse = |what: &str, span| {
-            let message = format!("a chart with {what} cannot be split yet");
-            findings.push(Diagnostic::error(codes::UNSUPPORTED, message).at(span, ""));
+        let mut refuse = |what: &str, help: &str, span| {
+            findings.push(
+                Diagnostic::error(codes::UNSUPPORTED, format!("{what} cannot be split yet"))
+                    .at(span, "")
+                    .help(help),
+            );
         };
         if net.settings.evolution != Evolution::Single {
-            refuse("the evolution `stable`", net.name.span);
+            let (what, help) = if net.settings.policy.is_statechart() {
+                ("a statechart", "build it for one chip or one CPU with `build`")
+            } else {
+                (
+                    "a chart with `evolution stable`",
+                    "write `evolution single`, or build the chart for one chip or one CPU with `build`",
+                )
+            };
+            refuse(what, help, net.name.span);
         }
         if let Some(open) = net.unspecified.first() {
-            refuse("open cells", open.when.span);
+            refuse(
+                "a state table with don't-care entries",
+                "replace each `-` and `*` with a value",
+                open.when.span,
+            );
         }
         if findings.is_empty() { Ok(()) } else { Err(findings) }
     }
@@ -231,7 +246,7 @@ impl Finder<'_> {
                 self.bond(item, Item::Var(*lock), Why::Uses);
             }
             if !step.code.is_empty() {
-                self.cpu.insert(item, "it has a text in the target language");
+                self.cpu.insert(item, "it contains code in the target language");
             }
         }
         for (id, transition) in net.transitions.iter() {
@@ -241,7 +256,7 @@ impl Finder<'_> {
                 self.event(item, *event);
             }
             self.list(item, &transition.actions);
-            // The owner must have one of the steps, so that the transition is one there.
+            // The owner must have one of the steps; otherwise the transition would have no step there.
             if transition.requires.is_empty()
                 && let Some(step) = following(transition).next()
             {
@@ -268,7 +283,7 @@ impl Finder<'_> {
         self.hierarchy();
     }
 
-    /// The item needs a copy of the step, or is on its part if wires cannot show how the step changes.
+    /// Records that the item reads the step: a copy is enough, unless wires cannot show how the step changes.
     fn copy(&mut self, item: Item, step: StepId) {
         if self.hierarchy.contains(&step) {
             self.bond(item, Item::Step(step), Why::Hierarchy);
@@ -337,7 +352,7 @@ impl Finder<'_> {
                     self.cpu.insert(item, "it calls a function");
                 }
                 StmtKind::Code(_) => {
-                    self.cpu.insert(item, "it has a text in the target language");
+                    self.cpu.insert(item, "it contains code in the target language");
                 }
                 StmtKind::Send(_) | StmtKind::Cancel(_) | StmtKind::If { .. } => {}
             }
@@ -380,7 +395,7 @@ impl Finder<'_> {
         if let Some(first) = steps.first().copied() {
             for (id, transition) in net.transitions.iter() {
                 let touches = transition.requires.iter().copied().chain(following(transition));
-                // A source transition of an enclosed chart depends on the step around it.
+                // A source transition of an enclosed chart depends on its enclosing step.
                 if parts.contains(&transition.part) && transition.requires.is_empty()
                     || touches.into_iter().any(|step| steps.contains(&step))
                 {
@@ -453,7 +468,7 @@ fn hierarchy(net: &Net) -> BTreeSet<StepId> {
     steps
 }
 
-/// The representative of a set, with path halving.
+/// The representative of a set (union-find with path halving).
 fn find(root: &mut [usize], mut at: usize) -> usize {
     while root[at] != at {
         root[at] = root[root[at]];

@@ -14,7 +14,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
     session.show(&found);
     let Some(chart) = &design.chart else {
         return Err(Stop::Input(format!(
-            "{file} is a net without a drawing; convert it to .graf, and draw that"
+            "{file} contains a net, not a chart; convert it to .graf and draw the result"
         )));
     };
     let options = Options { chart: arguments.chart.as_deref(), words: arguments.words };

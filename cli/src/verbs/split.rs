@@ -28,7 +28,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     let (design, found) = session.design(&arguments.input)?;
     let Design::Net(design) = design else {
         session.show(&found);
-        return Err(Stop::Input(format!("{file} is logic, and only charts can be split")));
+        return Err(Stop::Input(format!("{file} contains logic; `split` accepts only charts")));
     };
     let net = &design.net;
     // Deadlines are checked here.
@@ -110,9 +110,9 @@ fn finish(
         (Verdict::Proved(_), Outcome::Proved) => Exit::Done,
     };
     let unwritten = match exit {
-        Exit::Refuted => Some("a part, or the joined parts, are not equal to the chart"),
+        Exit::Refuted => Some("a part or the joined parts differ from the chart"),
         Exit::Open if !arguments.unproved => {
-            Some("a proof is open; `--unproved` writes the files all the same")
+            Some("a proof is open; use `--unproved` to write the files anyway")
         }
         _ => None,
     };
@@ -149,7 +149,7 @@ fn finish(
     Ok(exit)
 }
 
-/// What a part has.
+/// The contents of a part: its device, and the numbers of its steps, transitions and wires.
 fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String {
     let owners = &split.division.owners;
     let steps = net.steps.ids().filter(|id| owners.steps[*id] == at).count();
@@ -184,7 +184,7 @@ fn round(link: &Linked) -> String {
     }
 }
 
-/// Whether the joined parts are the chart.
+/// The verdict on the joined parts.
 fn joined(split: &Split) -> String {
     match &split.joined {
         Verdict::Proved(proof) => format!(
@@ -194,11 +194,11 @@ fn joined(split: &Split) -> String {
             proof.same
         ),
         Verdict::Refuted(apart) => {
-            format!("joined parts: NOT equal to the chart: {} differs, {}", apart.what, apart.when)
+            format!("joined parts: DIFFER from the chart: {}, {}", apart.what, apart.when)
         }
         Verdict::Open(open) => {
             let reasons: Vec<String> = open.reasons.iter().map(ToString::to_string).collect();
-            format!("joined parts: open whether they are the chart: {}", reasons.join("; "))
+            format!("joined parts: open: {}", reasons.join("; "))
         }
     }
 }
@@ -224,7 +224,7 @@ fn partition_file(path: &str) -> Result<split::Written, Stop> {
     })
 }
 
-/// The parts of the options, or else those of the partition file.
+/// The parts from the options or, if there are none, from the partition file.
 fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<RequestedPart>, Stop> {
     let mut all: Vec<(String, String)> = Vec::new();
     for text in &arguments.part {
@@ -241,12 +241,12 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if name.is_empty() || !name.chars().all(is_word) {
             return Err(Stop::Usage(format!(
-                "the name of a part must consist of letters, digits and `_`, but `{name}` does not"
+                "`{name}` cannot be the name of a part: use letters, digits and `_`"
             )));
         }
         if ["link", "link_pins", "wiring"].contains(&name.as_str()) {
             return Err(Stop::Usage(format!(
-                "a part cannot be called `{name}`: the link has files of that name"
+                "a part cannot be called `{name}`: files of the link have this name"
             )));
         }
         if parts.iter().any(|part| part.name == name) {
@@ -257,7 +257,7 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
                 .map(|near| format!(", did you mean `{near}`?"))
                 .unwrap_or_default();
             return Err(Stop::Usage(format!(
-                "unknown device `{device}` of part `{name}`{near} (`--part list` lists them)"
+                "unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
             )));
         };
         parts.push(RequestedPart { name, device: found });
@@ -273,7 +273,7 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
     Ok(parts)
 }
 
-/// The places of the chart, of the partition file and of the options.
+/// The places from the chart, the partition file and the options.
 fn places(
     session: &Session,
     net: &Net,
@@ -338,7 +338,7 @@ fn places(
         if item.is_none() {
             let near = did_you_mean(&name, split::item_names(net));
             wrong.push(format!(
-                "{at}`{name}` is no step, transition, variable, output or action{near}"
+                "{at}unknown step, transition, variable, output or action `{name}`{near}"
             ));
         }
         let found = parts.iter().position(|it| it.name == part);

@@ -1,11 +1,11 @@
-//! The partition as a file, `plant.split`: the parts and the place of each object, to be read, edited and given back with `--with`.
+//! The partition file `plant.split`: the parts, and the part of each object. Users can edit it and read it again with `--with`.
 
 use grafsynth_ir::net::Net;
 use grafsynth_split::{Item, Objective};
 
 use super::{RequestedPart, Split};
 
-/// What a partition file says.
+/// The contents of a partition file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Written {
     /// The parts, in order: name and device.
@@ -18,7 +18,7 @@ pub struct Written {
 #[must_use]
 pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objective) -> String {
     let mut text = format!(
-        "# Partition of {}. Edit it and build it again: grafsynth split FILE --with THIS-FILE -o DIR\n",
+        "# Partition of {}. To change it, edit this file and run: grafsynth split FILE --with THIS-FILE -o DIR\n",
         net.name
     );
     text += &format!("# minimised: {}\n\n", split.said(objective));
@@ -64,7 +64,7 @@ fn plain(net: &Net, item: Item) -> String {
 /// Reads a partition file.
 ///
 /// # Errors
-/// The lines that are not understood: the line number and what was expected.
+/// Each line with a syntax error: its number and what was expected.
 pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
     let mut written = Written::default();
     let mut wrong = Vec::new();

@@ -1,4 +1,4 @@
-//! The link of a split: from the pins of the fitted chips and the interface of the emitted C to driver C and wiring.
+//! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
 use super::{PartDevice, Request, Split, has_time};
 use crate::built::OutputFile;
@@ -19,9 +19,9 @@ use std::collections::BTreeMap;
 /// A link that was made and checked.
 #[derive(Debug)]
 pub struct Linked {
-    /// Driver C, the table of wires and its drawing.
+    /// Its C, the wiring table and the wiring diagram.
     pub files: Vec<OutputFile>,
-    /// The time of a round at most, or why none can be stated.
+    /// The longest time of a round, or the reason why it is not known.
     pub round: Result<Round, String>,
 }
 
@@ -44,24 +44,27 @@ pub struct Round {
 /// The link of a split. The acts of a round are checked before they are printed.
 ///
 /// # Errors
-/// Too few pins of the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not kept. A breach of the check would be a bug.
+/// Too few pins on the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not kept. A failed check is a bug in grafsynth.
 pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, Vec<Diagnostic>> {
-    let refuse = |why: String| vec![Diagnostic::error(codes::NO_PARTITION, why)];
+    let bug = |why: String| {
+        let found = Diagnostic::error(codes::NO_PARTITION, why);
+        vec![found.help("this is a bug in grafsynth: please report it with the chart")]
+    };
     let mut chips = Vec::new();
     for (part, requested) in split.parts.iter().zip(request.parts) {
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
-                return Err(refuse(format!("the pins of `{}` are not assigned", requested.name)));
+                return Err(bug(format!("the pins of `{}` are not assigned", requested.name)));
             };
-            chips.push(pins(chip, device.name).map_err(refuse)?);
+            chips.push(pins(chip, device.name).map_err(bug)?);
         }
     }
     let (Some(cpu), Some(package)) = (
         request.parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name())),
         split.parts.last().and_then(|part| part.built.packages.first()),
     ) else {
-        return Err(refuse("the part on the CPU was not built".to_owned()));
+        return Err(bug("the part on the CPU was not built".to_owned()));
     };
     let wanted = link::Request {
         net,
@@ -78,7 +81,7 @@ pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, V
     };
     let link = link::link(&wanted)?;
     check(&link.acts, &link.connections, &split.division, &chips)
-        .map_err(|breach| refuse(format!("the link does not make one round: {breach:?}")))?;
+        .map_err(|breach| bug(format!("the link does not perform exactly one round: {breach}")))?;
     let round = round(net, package, &wanted, &link);
     let late = deadlines(net, &round);
     if !late.is_empty() {
@@ -152,11 +155,11 @@ fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
     net.transitions.values().filter_map(late).collect()
 }
 
-/// The pins of a fitted chip by the meaning of its signals.
+/// The pins of a fitted chip, with the meanings of their signals.
 fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
     let pin_of = |name: &str| {
         let signal = chip.signals.iter().find(|signal| signal.name == name);
-        let signal = signal.ok_or_else(|| format!("signal `{name}` of {device} is not known"))?;
+        let signal = signal.ok_or_else(|| format!("the {device} has no signal `{name}`"))?;
         signal.pin.ok_or_else(|| format!("signal `{name}` of {device} has no pin"))
     };
     let mut pins = ChipPins { device: device.to_owned(), ..ChipPins::default() };
@@ -167,7 +170,12 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
                 pins.signals.push(ChipSignal { name, pin, object: Object::Input(id), bit });
             }
             PinRole::Tick => pins.tick = Some(pin_of(&input.name)?),
-            _ => return Err(format!("signal `{}` of {device} has no meaning", input.name)),
+            _ => {
+                return Err(format!(
+                    "signal `{}` of {device} is not an input of the part",
+                    input.name
+                ));
+            }
         }
     }
     for output in chip.circuit.outputs.values() {

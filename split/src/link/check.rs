@@ -1,4 +1,4 @@
-//! Checks that the acts of a link make one round, by an execution in which each pin carries the name of its value.
+//! Checks that the acts of a link make one round. It executes them symbolically: the value of a pin is the name of a signal.
 //!
 //! The check knows what a chip expects on each of its pins, from the division and the fitting alone. It takes from the link only the connections and the acts. Every
 //! pin begins with the value of the last round. A value is *settled* after a `Settle` that follows the last change of what it depends on: a pin of the CPU depends on
@@ -15,7 +15,7 @@ use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, End, Object, Pu
 /// Why the acts are not one round.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Breach {
-    /// The act at which it was found; `None` if it is in the connections, or if something is missing at the end.
+    /// The index of the act that breaks the rule; `None` if a connection breaks it, or if something is missing at the end.
     pub at: Option<usize>,
     /// The reason.
     pub why: Why,
@@ -26,19 +26,19 @@ pub struct Breach {
 pub enum Why {
     /// The division does not have the parts of the chips and a CPU.
     Parts,
-    /// A pin is in two connections, or twice in one.
+    /// A pin is listed in two connections, or twice in one.
     PinTwice(End),
     /// An input of a chip is not connected.
     Open(End),
-    /// An output of a part is read by a pin that is an output itself or that the chip does not use, or an input drives a connection.
+    /// A connection is driven by an input, or read by an output or by a pin that the chip does not use.
     Direction(End),
-    /// What a connection is said to carry is not what its pins carry.
+    /// A connection is labelled with another signal than its pins carry.
     Label(ConnectionIndex),
-    /// An act names a connection or an object that is not there, or the wrong side of a connection.
+    /// An act names an unknown connection or object, or the wrong end of a connection.
     Unknown,
-    /// An act comes for a second time.
+    /// An act is repeated.
     Again,
-    /// An act comes before one that it needs: inputs before they are latched, outputs before the reaction, the clock before the reaction.
+    /// An act comes before another one that it depends on: inputs before they are latched, outputs or the clock before the reaction.
     Early,
     /// An act comes after the clock, or a wire is read after the reaction.
     Late,
@@ -46,16 +46,16 @@ pub enum Why {
     Unsettled(ConnectionIndex),
     /// An input of the part on the CPU does not have the value of this round at its reaction.
     CpuInput(InputId),
-    /// A pin of a chip does not have its value of this round, settled, at the clock.
+    /// At the clock edge, a pin of a chip does not have its settled value of this round.
     ChipInput(End),
-    /// At the end, the inputs were not latched, the CPU has not reacted, the chips had no clock, or their outputs have not settled.
+    /// At the end, the inputs were not latched, the CPU has not reacted, the chips received no clock edge, or their outputs have not settled.
     Missing,
 }
 
 impl fmt::Display for Breach {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(at) = self.at {
-            write!(f, "act {}: ", at + 1)?;
+            write!(f, "operation {}: ", at + 1)?;
         }
         match self.why {
             Why::Parts => {
@@ -65,22 +65,22 @@ impl fmt::Display for Breach {
             Why::Open(end) => write!(f, "{end} is not connected"),
             Why::Direction(end) => write!(f, "{end} has the wrong direction"),
             Why::Label(at) => {
-                write!(f, "connection {} does not carry what it is said to carry", at + 1)
+                write!(f, "connection {} carries another signal than its label says", at + 1)
             }
-            Why::Unknown => f.write_str("there is no such connection or object"),
-            Why::Again => f.write_str("the act was already done in this round"),
-            Why::Early => f.write_str("the act comes too early"),
-            Why::Late => f.write_str("the act comes too late"),
+            Why::Unknown => f.write_str("unknown connection or object"),
+            Why::Again => f.write_str("it is repeated in this round"),
+            Why::Early => f.write_str("it comes before an operation that it depends on"),
+            Why::Late => f.write_str("it comes after the clock edge or the reaction"),
             Why::Unsettled(at) => write!(f, "connection {} is read before it has settled", at + 1),
             Why::CpuInput(input) => write!(
                 f,
-                "input {} of the CPU does not have its value of this round",
+                "input {} of the CPU does not have the value of this round",
                 input.index() + 1
             ),
             Why::ChipInput(end) => {
-                write!(f, "{end} does not have its value of this round at the clock")
+                write!(f, "{end} does not have the value of this round at the clock edge")
             }
-            Why::Missing => f.write_str("the round is not complete"),
+            Why::Missing => f.write_str("the round is incomplete"),
         }
     }
 }
@@ -94,7 +94,7 @@ impl fmt::Display for End {
 /// The value on a pin or in a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Value {
-    /// That of an earlier round, or none.
+    /// The value of an earlier round, or no value.
     Old,
     /// A bit of an input of the net, latched in this round.
     Input(InputId, u32),
@@ -282,7 +282,7 @@ impl<'l> Run<'l> {
         Ok(())
     }
 
-    /// The inputs of a chip changed: its wires are to settle, if they depend on inputs at all.
+    /// Marks the wires of a chip as not settled after a change of its inputs, if they depend on inputs at all.
     fn unsettle(&mut self, chip: PartIndex) {
         if self.followed(chip).next().is_none() {
             return;
@@ -425,7 +425,7 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
     Ok((wanted, shown))
 }
 
-/// The value that a connection is said to carry.
+/// The value that a connection should carry, by its label.
 fn label(carries: Carries) -> Value {
     match carries {
         Carries::Clock => Value::Clock,

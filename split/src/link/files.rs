@@ -18,7 +18,7 @@ pub struct File {
     pub text: String,
 }
 
-/// The C of a link: C99 without warnings for the compiler of the CPU. `check` must have accepted the acts.
+/// The C of a link: C99 that compiles without warnings for the CPU. `check` must have accepted the acts.
 #[must_use]
 pub fn files(request: &Request<'_>, link: &Link) -> Vec<File> {
     let text = Text::new(request, link);
@@ -106,8 +106,8 @@ impl<'l> Text<'l> {
             );
         }
         text += &format!(
-            "/* Sets the directions of the pins, waits until the chips are in their first states, and starts the part on the CPU: row 0. The chips must have lost their\n \
-             * supply since their last round: a reset of the CPU alone does not reset them. */\n\
+            "/* Sets the directions of the pins, waits until the chips are in their initial states, and starts the part on the CPU: row 0. The chips must have been\n \
+             * powered off since their last round: a reset of the CPU alone does not reset them. */\n\
              void {name}_link_init({});\n\n",
             self.parameters(false)
         );
@@ -117,12 +117,12 @@ impl<'l> Text<'l> {
             .iter()
             .any(|act| matches!(act, Act::Put { value: Put::Tick, .. }))
         {
-            " A chip\n * counts ticks: call it once per tick with dt 1; dt 0 is a round in which no time passes."
+            " A chip\n * counts ticks: call it once per tick with dt 1; with dt 0, no time passes in the round."
         } else {
             ""
         };
         text += &format!(
-            "/* One reaction of the chart on all parts. At its return, the outputs of the chips have settled. Not reentrant; no interrupt may use its pins.{ticks} */\n\
+            "/* One reaction of the chart on all parts. When it returns, the outputs of the chips have settled. Not reentrant; no interrupt may use its pins.{ticks} */\n\
              void {name}_link_round({});\n\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
             self.parameters(true)
         );

@@ -16,11 +16,11 @@ use crate::cpu::{Cpu, Pin};
 
 /// Connects the parts, and lists the acts of a round.
 ///
-/// The pins of the CPU are those that the request names, then those of the list of the CPU in order: first for what the CPU reads, which needs pins that a chip may
-/// drive, then for what it drives.
+/// Pins of the CPU that the request names are used first. The other signals get the remaining pins of the CPU in order: first the signals that the CPU reads, which
+/// need pins that a chip may drive, then the signals that it drives.
 ///
 /// # Errors
-/// An unknown or twice used pin or connection in the request; a signal that a chip needs and that has no pin there; more signals than the CPU has pins.
+/// An unknown pin or connection in the request, or one that is used twice; a signal without a pin on a chip; more signals than the CPU has pins.
 pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     let mut maker = Maker { request, connections: Vec::new(), findings: Vec::new() };
     maker.connect();
@@ -40,7 +40,7 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     Ok(Link { connections: maker.connections, acts, start })
 }
 
-/// Stands for a pin of the CPU that is not chosen yet; no package has a pin 0.
+/// A placeholder for a pin of the CPU that is not chosen yet; no package has a pin 0.
 const NO_PIN: u32 = 0;
 
 struct Maker<'r> {
@@ -68,7 +68,7 @@ impl Maker<'_> {
         if self.division().parts.len() != self.cpu() + 1 {
             let (parts, chips) = (self.division().parts.len(), self.cpu());
             self.refuse(format!(
-                "{parts} parts need the pins of {} chips, found those of {chips}",
+                "expected the pins of {} chips for {parts} parts, found {chips}",
                 parts.saturating_sub(1)
             ));
             return;
@@ -103,8 +103,8 @@ impl Maker<'_> {
                 let Object::Input(input) = signal.object else { continue };
                 let Some(source) = source(&request.division.parts[part], input) else {
                     self.refuse(format!(
-                        "`{}` is not an input of `{}`",
-                        signal.name, request.division.parts[part].name
+                        "part `{}` has no input `{}`",
+                        request.division.parts[part].name, signal.name
                     ));
                     continue;
                 };
@@ -211,7 +211,7 @@ impl Maker<'_> {
                 !chosen.contains_key(at) && self.end_of_cpu(&self.connections[*at]).is_some()
             })
             .partition(|at| is_read(&self.connections[*at]));
-        let needed = reads.len() + drives.len() + used.len();
+        let (n_reads, needed) = (reads.len(), reads.len() + drives.len() + used.len());
         for (at, must_take_5v) in
             reads.into_iter().map(|at| (at, true)).chain(drives.into_iter().map(|at| (at, false)))
         {
@@ -221,12 +221,20 @@ impl Maker<'_> {
             }
         }
         if chosen.len() < needed {
-            let message = format!(
-                "the link needs {needed} pins of the CPU, but `{}` has {} that it can use",
-                cpu.name,
-                cpu.pins.len()
-            );
-            let help = "place more objects on one part, so that fewer signals connect the parts, or choose a CPU with more pins";
+            let n_5v = cpu.pins.iter().filter(|pin| pin.takes_5v).count();
+            let message = if needed > cpu.pins.len() {
+                let usable = cpu.pins.len();
+                format!(
+                    "the link needs {needed} pins of the CPU, but `{}` has only {usable} usable pins",
+                    cpu.name
+                )
+            } else {
+                format!(
+                    "the CPU reads {n_reads} signals from chips, but `{}` has only {n_5v} pins that accept 5 V",
+                    cpu.name
+                )
+            };
+            let help = "place related objects on the same part, so that fewer signals connect the parts, or choose a CPU with more pins";
             self.findings.push(Diagnostic::error(codes::PINS, message).help(help));
         }
         for (at, pin) in chosen {
@@ -264,8 +272,8 @@ fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
     if is_bool { name.to_owned() } else { format!("{name}_{bit}") }
 }
 
-/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that alone causes the emergency causes it, so that the
-/// outputs of the chips are safe.
+/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that can cause the emergency on its own has the level that
+/// causes it, so that the outputs of the chips are safe.
 fn level_in_reset(net: &Net, carries: Carries) -> bool {
     let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else {
         return false;
@@ -274,7 +282,7 @@ fn level_in_reset(net: &Net, carries: Carries) -> bool {
     is_caused_by(true) && !is_caused_by(false)
 }
 
-/// The value of a condition of which only one input is known; `None` if it depends on others.
+/// The value of a condition if only one input is known; `None` if it depends on others.
 fn known(expr: &Expr, input: InputId, level: bool) -> Option<bool> {
     let each = |all: &[Expr]| -> Vec<Option<bool>> {
         all.iter().map(|one| known(one, input, level)).collect()
@@ -310,7 +318,7 @@ fn level_of_row_0(net: &Net, carries: Carries) -> bool {
     value.checked_shr(bit).unwrap_or(0) & 1 == 1
 }
 
-/// The acts of a round: no `Settle` is there that nothing needs.
+/// The acts of a round, without unnecessary `Settle` acts.
 fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     let cpu = request.chips.len();
     let mut acts = vec![Act::Latch];

@@ -1,4 +1,4 @@
-//! The link between the parts of a split: which pins are connected, and what the CPU does with its pins in one round (semantics §10.3).
+//! The link between the parts of a split: the connected pins, and the operations of the CPU in one round (semantics §10.3).
 //!
 //! ```text
 //! division, pins of the chips, a CPU ─ link ──► connections and acts, as data
@@ -7,7 +7,7 @@
 //!                                     wiring ► wiring.md, wiring.svg: printed from the connections
 //! ```
 //!
-//! All parts get their inputs through the CPU, which latches them, and one clock signal goes to all chips.
+//! All parts receive their inputs through the CPU, which latches them, and one clock signal clocks all chips.
 
 mod check;
 mod files;
@@ -29,7 +29,7 @@ pub use make::link;
 pub use time::round_cycles;
 pub use wiring::{wiring_md, wiring_svg};
 
-/// What [`link`] needs.
+/// The input of [`link`].
 #[derive(Debug, Clone)]
 pub struct Request<'a> {
     /// The net that was divided.
@@ -50,7 +50,7 @@ pub struct Request<'a> {
     pub timing: Timing,
 }
 
-/// The delays that the CPU waits.
+/// How long the CPU waits for the chips.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
     /// The longest time from an input or the clock of a chip to its outputs, in nanoseconds.
@@ -170,7 +170,7 @@ pub struct Connection {
 /// The index of a connection in [`Link::connections`].
 pub type ConnectionIndex = usize;
 
-/// What the CPU puts on a pin.
+/// The value that the CPU puts on a pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Put {
     /// A bit of a latched input of the net, as in [`Carries::Input`].
@@ -186,7 +186,7 @@ pub enum Put {
     Output(OutputId),
 }
 
-/// A step of the CPU in a round.
+/// One operation of the CPU in a round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Act {
     /// Copies all inputs of the net.
@@ -223,13 +223,13 @@ pub enum Act {
     },
 }
 
-/// The connections, and what the CPU does in each round.
+/// The connections, and the acts of the CPU in each round.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// Clock, tick, inputs, wires, outputs to the plant.
     pub connections: Vec<Connection>,
     /// One round, in order.
     pub acts: Vec<Act>,
-    /// What the CPU puts on its pins for row 0, in which all inputs are 0, where that is not the level in reset.
+    /// The levels that the CPU sets for row 0, in which all inputs are 0, if they differ from the levels in reset.
     pub start: Vec<(ConnectionIndex, bool)>,
 }

@@ -1,4 +1,4 @@
-//! `NAME_link_pins.h`: how the CPU sets and reads the pins of a link. Only this file depends on the family of the CPU.
+//! `NAME_link_pins.h`: how the CPU sets and reads the pins of a link. Only this module depends on the family of the CPU.
 
 use super::time::{Wait, loop_of, settle};
 use super::{Connection, Link, Request};
@@ -56,7 +56,7 @@ pub(super) fn pins(request: &Request<'_>, link: &Link) -> String {
         }
     }
     text += &format!(
-        "\n/* The pins get the levels that the resistors give them, then their directions. */\nstatic inline void {name}_link_pins_init(void)\n{{\n{}}}\n\
+        "\n/* Sets the pins to the levels of their resistors, then sets their directions. */\nstatic inline void {name}_link_pins_init(void)\n{{\n{}}}\n\
          #ifndef {upper}_LINK_PINS_INIT\n#define {upper}_LINK_PINS_INIT() {name}_link_pins_init()\n#endif\n",
         directions(cpu, name, &upper, &lines)
     );
@@ -102,7 +102,7 @@ fn bit_name(name: &str, pin: Pin) -> String {
     format!("{name}_link_P{}_{}", pin.port, pin.bit)
 }
 
-/// The statement that gives an output a level.
+/// The statement that sets an output to a level.
 fn set(cpu: &Cpu, name: &str, upper: &str, pin: Pin, level: bool) -> String {
     let Pin { port, bit, number, .. } = pin;
     match cpu.family {
@@ -191,10 +191,10 @@ fn waits(request: &Request<'_>, upper: &str) -> String {
         }
     };
     format!(
-        "\n/* Waits until the outputs of the chips have followed their inputs: {} ns at {} Hz, longer at a lower frequency. */\n\
+        "\n/* Waits until the outputs of the chips have settled: {} ns at {} Hz, longer at a lower frequency. */\n\
          static inline void {name}_link_settle(void)\n{{\n{settle_body}}}\n\
          #ifndef {upper}_LINK_SETTLE\n#define {upper}_LINK_SETTLE() {name}_link_settle()\n#endif\n\
-         \n/* Waits from the start of the CPU until the chips are in their first states: {} us. Replace it if their supply comes later. */\n\
+         \n/* Waits from the start of the CPU until the chips are in their initial states: {} us. Replace it if their supply starts later. */\n\
          static inline void {name}_link_wait_chips(void)\n{{\n{power_up_body}}}\n\
          #ifndef {upper}_LINK_WAIT_CHIPS\n#define {upper}_LINK_WAIT_CHIPS() {name}_link_wait_chips()\n#endif\n",
         request.timing.settle_ns, cpu.clock_hz, request.timing.power_up_us,

@@ -1,4 +1,4 @@
-//! `wiring.md` and `wiring.svg`: which pin is connected to which.
+//! `NAME_wiring.md` and `NAME_wiring.svg`: the connections from pin to pin.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use super::{Carries, Connection, End, Link, Request};
 pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     let (name, cpu) = (&request.name, request.cpu);
     let mut text = format!(
-        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of its figures: {}. Compare what is from memory with the data sheet before you wire it.\n\n",
+        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of these figures: {}. Compare all figures \"from memory\" with the data sheet before you wire the CPU.\n\n",
         cpu.name, cpu.package, cpu.supply, cpu.source
     );
     for (part, chip) in request.chips.iter().enumerate() {
@@ -56,9 +56,9 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
         text,
         "\nFree pins of the CPU, for the inputs and outputs of the plant: {free}.\n"
     );
-    text += "The resistors hold the inputs of the chips while the CPU is in reset: there is no clock edge then, so no chip changes its state.\n\
-             The chips start in their first states when they get their supply. A reset of the CPU alone does not reset them: switch the supply of all parts together.\n\
-             Inputs of the plant are connected to the CPU only. It latches them, so all parts see the same values.\n";
+    text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n\
+             The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
+             Connect the inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n";
     text
 }
 
@@ -103,7 +103,7 @@ fn carried(request: &Request<'_>, one: &Connection) -> String {
     }
 }
 
-/// The height of a row of the drawing, and the places of its columns.
+/// The height of a row of the drawing; the following constants are the positions of its columns.
 const ROW: usize = 22;
 const CPU_LEFT: usize = 20;
 const CPU_RIGHT: usize = 190;

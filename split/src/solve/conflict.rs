@@ -14,7 +14,7 @@ use super::{Found, Limits, search};
 pub struct Conflict {
     /// The constraints. No placement satisfies all of them.
     pub fights: Vec<Fight>,
-    /// Whether it is proved that each of them is needed: without any one of them, something fits.
+    /// True if each of them is proved to be necessary: if any one is removed, a placement exists.
     pub is_minimal: bool,
 }
 
@@ -23,16 +23,16 @@ pub struct Conflict {
 pub struct Fight {
     /// The constraint.
     pub constraint: Constraint,
-    /// For a capacity or pins: the least that the other constraints of the conflict need, and what there is. `need` is `None` if it is open.
+    /// For a capacity or pins: the minimum amount that the other constraints of the conflict need, and the available amount. `need` is `None` if it is open.
     pub amount: Option<Amount>,
 }
 
-/// What is needed and what there is.
+/// The needed and the available amount.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Amount {
     /// The smallest amount with which the other constraints of the conflict can be satisfied; `None` if the work ran out.
     pub need: Option<u64>,
-    /// What there is.
+    /// The available amount.
     pub have: u64,
 }
 
@@ -72,7 +72,7 @@ struct Filter<'a> {
 }
 
 impl Filter<'_> {
-    /// Removes what is not needed, in chunks of half the size each time.
+    /// Removes unnecessary constraints, in chunks of half the size each time.
     fn filter(&mut self, mut kept: Vec<Constraint>) -> Vec<Constraint> {
         let mut chunk = kept.len().max(1).next_power_of_two();
         while chunk > 0 {
@@ -119,7 +119,7 @@ impl Filter<'_> {
         }
     }
 
-    /// The least number of pins with which a problem is feasible, by bisection.
+    /// The minimum number of pins with which a problem is feasible, by bisection.
     fn pins_needed(&self, mut problem: Problem, part: PartIndex, have: u64) -> Option<u64> {
         let (mut too_few, mut enough) = (have, (problem.wires.len() + problem.inputs.len()) as u64);
         while too_few + 1 < enough {
@@ -137,7 +137,7 @@ impl Filter<'_> {
 
 /// The problem with only some of its constraints, and as objective nothing or the use of a resource of a part.
 ///
-/// A node that may be anywhere costs and uses nothing where it was not allowed.
+/// A node without its constraint costs and uses nothing on a part where it was not allowed.
 fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usize)>) -> Problem {
     let kept: BTreeSet<_> = kept.iter().copied().collect();
     let mut relaxed = problem.clone();

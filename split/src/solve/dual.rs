@@ -1,8 +1,8 @@
-//! The Lagrangian bound for two parts: capacities and pins become prices, and what is left is a minimum cut.
+//! The Lagrangian bound for two parts: capacities and pins become prices, and the remaining problem is a minimum cut.
 //!
-//! With a price for each capacity, for the pins and for each forbidden set, the cheapest placement is a minimum cut, computed exactly in integers; minus the
-//! price of what there is, its value is a lower bound. The best prices are found by cutting planes in a region around the best ones so far. The bound equals
-//! that of the linear relaxation, in a small part of the time. Afterwards, a node whose move to the other side costs more than the gap is decided.
+//! With a price for each capacity, for the pins and for each forbidden set, the cheapest placement is a minimum cut, computed exactly in integers. Its
+//! value minus the price of the available amounts is a lower bound. The best prices are found by cutting planes in a region around the best ones so far. The bound equals
+//! that of the linear relaxation, in a small part of the time. Afterwards, a node whose move to the other side would cost more than the gap is decided.
 
 use microlp::{ComparisonOp, OptimizationDirection};
 
@@ -12,7 +12,7 @@ use super::model::{Model, Net};
 use super::problem::PartIndex;
 use super::state::{Prices, State, UNIT};
 
-/// Nodes of the network: part 0 is the side of the source.
+/// The nodes of the network: part 0 is the side of the source.
 const SOURCE: usize = 0;
 const SINK: usize = 1;
 
@@ -25,18 +25,18 @@ const LARGEST: i64 = 1 << 50;
 /// The most prices.
 const MOST_ROWS: usize = 60;
 
-/// What the bound found out.
+/// The result of the bound.
 #[derive(Clone, Debug)]
 pub(super) struct Dual {
     /// No placement has a smaller objective.
     pub(super) bound: i64,
-    /// The best feasible placement found on the way.
+    /// The best feasible placement that was found.
     pub(super) best: Option<(i64, Vec<PartIndex>)>,
-    /// By node: the part on which it is in each placement that is better than the best one.
+    /// By node: its part in every placement that is better than the best one.
     pub(super) decided: Vec<Option<PartIndex>>,
 }
 
-/// Computes the bound with at most `cuts` minimum cuts; `None` if there are not two parts, or too many prices or too large numbers.
+/// Computes the bound with at most `cuts` minimum cuts; `None` unless there are two parts, few prices and small numbers.
 pub(super) fn bound(model: &Model, best: Option<&State>, cuts: u32, passes: u32) -> Option<Dual> {
     let best =
         best.filter(|state| state.excess == 0).map(|state| (state.value, state.part.clone()));
@@ -50,13 +50,13 @@ pub(super) fn bound(model: &Model, best: Option<&State>, cuts: u32, passes: u32)
 struct Plane {
     /// The objective of the placement, without the decided part.
     value: i64,
-    /// By row: what the placement uses too much; negative if there is room.
+    /// By row: the excess use of the placement; negative if there is room.
     over: Vec<i64>,
 }
 
 struct Search<'a> {
     model: &'a Model,
-    /// By row: what there is.
+    /// By row: the available amount.
     room: Vec<i64>,
     planes: Vec<Plane>,
     /// The best prices so far and the bound there, both in `1 / UNIT`, without the decided part.
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
         (!self.planes.is_empty()).then_some(())
     }
 
-    /// Computes the bound at these prices; whether it is the best so far.
+    /// Computes the bound at these prices. Returns true if it is the best so far.
     fn try_prices(&mut self, prices: &[i64]) -> Option<bool> {
         let (level, placement) = Cut::new(self.model, prices, &self.room)?.solve();
         let mut state = State::new(self.model, placement);
@@ -173,7 +173,7 @@ impl<'a> Search<'a> {
         Some((next, solution.objective() - self.level as f64 / unit))
     }
 
-    /// The nodes that are on one part in each placement better than the best one.
+    /// The nodes that are on the same part in every placement that is better than the best one.
     fn decide(&self) -> Vec<Option<PartIndex>> {
         let nodes = self.model.nodes.len();
         let none = vec![None; nodes];
@@ -203,7 +203,7 @@ impl<'a> Search<'a> {
 }
 
 impl Model {
-    /// What there is of each limited thing: capacities by part, pins, and forbidden sets, of which all but one decision may be made.
+    /// The available amount of each limited resource: capacities by part, pins, and forbidden sets, of which all but one decision may be made.
     pub(super) fn limits(&self) -> impl Iterator<Item = i64> {
         let sets =
             self.forbidden.iter().map(|set| i64::try_from(set.len()).unwrap_or(i64::MAX) - 1);
@@ -228,13 +228,13 @@ impl Model {
     }
 }
 
-/// The network of which a minimum cut is the cheapest placement at some prices.
+/// A network whose minimum cut is the cheapest placement at given prices.
 pub(super) struct Cut<'a> {
     model: &'a Model,
     network: Network,
-    /// By node and part: what it costs there.
+    /// By node and part: its cost there.
     costs: Vec<[i64; 2]>,
-    /// What every placement costs.
+    /// The cost that all placements share.
     constant: i64,
 }
 

@@ -8,14 +8,14 @@ pub(super) struct Network {
     /// By node: its edges.
     edges: Vec<Vec<u32>>,
     to: Vec<u32>,
-    /// By edge: what can still flow.
+    /// By edge: the remaining capacity.
     left: Vec<i64>,
     /// The changes of `left` since the log was cleared.
     log: Vec<(u32, i64)>,
     levels: Vec<u32>,
-    /// By node: how many of its edges are exhausted in this phase.
+    /// By node: the number of its edges that are exhausted in this phase.
     tried: Vec<usize>,
-    /// Edges looked at.
+    /// The number of visited edges.
     pub(super) work: u64,
 }
 
@@ -41,7 +41,7 @@ impl Network {
         }
     }
 
-    /// Adds flow until there is no more way, or until `limit` is reached; what was added.
+    /// Adds flow until no path is left, or until `limit` is reached. Returns the added flow.
     pub(super) fn add_flow(&mut self, from: usize, to: usize, limit: i64) -> i64 {
         let mut flow = 0;
         while flow < limit && self.set_levels(from, to) {
@@ -58,7 +58,7 @@ impl Network {
         flow
     }
 
-    /// Takes back all flow since the last call of [`Self::keep`].
+    /// Removes all flow that was added since the last call of [`Self::keep`].
     pub(super) fn undo(&mut self) {
         for (edge, amount) in std::mem::take(&mut self.log) {
             self.left[edge as usize] += amount;
@@ -71,13 +71,13 @@ impl Network {
         self.log.clear();
     }
 
-    /// By node: whether more can flow there.
+    /// By node: true if more flow can reach it.
     pub(super) fn reached(&mut self, from: usize) -> Vec<bool> {
         self.set_levels(from, usize::MAX);
         self.levels.iter().map(|&level| level != NONE).collect()
     }
 
-    /// Numbers the nodes by distance; whether `to` is reached.
+    /// Numbers the nodes by distance. Returns true if `to` is reached.
     fn set_levels(&mut self, from: usize, to: usize) -> bool {
         self.levels.clear();
         self.levels.resize(self.edges.len(), NONE);
@@ -102,7 +102,7 @@ impl Network {
         false
     }
 
-    /// Adds flow on one path along the levels; 0 if there is none.
+    /// Adds flow on one path along the levels, and returns it; 0 if there is no path.
     fn add_path(&mut self, from: usize, to: usize, limit: i64) -> i64 {
         let mut path: Vec<u32> = Vec::new();
         let mut node = from;

@@ -1,8 +1,8 @@
 //! Local search in the manner of Fiduccia and Mattheyses, for several parts and resources.
 //!
 //! C. M. Fiduccia, R. M. Mattheyses: A linear-time heuristic for improving network partitions, 1982. A pass moves each node at most once, always the best
-//! move even if it makes things worse, and keeps the best state on the way. Here a move may break a capacity; the next ones then have to repair that, which
-//! makes exchanges of one node against several. Moves are compared by the objective plus priced use of what is scarce.
+//! move even if it makes things worse, and keeps the best state on the way. Here a move may exceed a capacity; the next moves then have to repair this, which
+//! allows one node to be exchanged for several. Moves are compared by the objective plus the priced use of scarce resources.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use super::model::{Model, parts_of};
 use super::problem::PartIndex;
 use super::state::{Prices, State, UNIT, bill};
 
-/// How many moves of a queue are tried for one that repairs.
+/// The number of moves of a queue that are tried to find one that repairs.
 const SCAN: usize = 400;
 
 /// A good placement of the free nodes, feasible if the state's excess is 0.
@@ -49,7 +49,7 @@ fn is_better(a: &State, b: &State) -> bool {
     (a.excess, a.value) < (b.excess, b.value)
 }
 
-/// The part on which a node costs least, with what it uses there.
+/// The part on which a node has the lowest cost, with its use there.
 fn cheapest(model: &Model, node: usize, prices: &Prices) -> PartIndex {
     let node = &model.nodes[node];
     parts_of(node.allowed)
@@ -57,7 +57,7 @@ fn cheapest(model: &Model, node: usize, prices: &Prices) -> PartIndex {
         .unwrap_or(0)
 }
 
-/// For each limited thing, what the nodes that want to be there gain on average for a unit of it.
+/// For each limited resource, the average gain per unit of the nodes that would be cheaper there.
 pub(super) fn density(model: &Model) -> Prices {
     let mut prices = Prices::zero(model);
     for part in 0..model.parts {
@@ -89,7 +89,7 @@ fn part_of(prices: &Prices, quarters: i64) -> Prices {
     }
 }
 
-/// Passes until one does not help.
+/// Repeats passes until one brings no improvement.
 pub(super) fn improve(state: &mut State, prices: &Prices, passes: u32) {
     for _ in 0..passes {
         let before = (state.excess, state.value);
@@ -100,10 +100,10 @@ pub(super) fn improve(state: &mut State, prices: &Prices, passes: u32) {
     }
 }
 
-/// The moves by what they change, best first.
+/// The moves by their effect, best first.
 struct Queue {
     entries: BTreeSet<(i64, usize, PartIndex)>,
-    /// By node: the keys of its entries; `None` if it moved already.
+    /// By node: the keys of its entries; `None` if it has already moved.
     keys: Vec<Option<Vec<(i64, PartIndex)>>>,
 }
 
@@ -137,7 +137,7 @@ impl Queue {
         }
     }
 
-    /// The best move; if the state does not fit, the best one that brings it nearer.
+    /// The best move; if the state does not fit, the best one that reduces the excess.
     fn choose(&self, state: &State) -> Option<(usize, PartIndex)> {
         let mut entries = self.entries.iter().map(|&(_, node, part)| (node, part));
         if state.excess == 0 {

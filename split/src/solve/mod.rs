@@ -1,7 +1,7 @@
-//! The partition problem: which node goes on which part, at the least cost that fits.
+//! The partition problem: assigns each node to a part, at minimum cost.
 //!
-//! [`solve`] reduces the problem, looks for a good placement by local search, and then closes the gap to the bound. [`evaluate`] says what a placement costs
-//! and uses, [`alternatives`] what each single move would change. All limits count work, never time, so the same problem has the same answer everywhere.
+//! [`solve`] reduces the problem, looks for a good placement by local search, and then closes the gap to the bound. [`evaluate`] returns the cost and
+//! resource use of a placement, [`alternatives`] the effect of each single move. All limits count work, never time, so the same problem has the same answer everywhere.
 
 mod conflict;
 mod dual;
@@ -25,7 +25,7 @@ use model::{Model, Origin};
 use program::Answer;
 use report::evaluate_checked;
 
-/// How much work a search may do.
+/// Limits on the work of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Passes of the local search from each start.
@@ -44,10 +44,10 @@ impl Default for Limits {
     }
 }
 
-/// How a search ended.
+/// The result of a search.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// The best placement there is.
+    /// An optimal placement.
     Optimal {
         /// The part of each node.
         assignment: Vec<PartIndex>,
@@ -119,7 +119,7 @@ pub fn improve(
     Ok((state.excess == 0).then(|| model.expand(&state.part)))
 }
 
-/// How a search ended, without the reason why nothing fits.
+/// The result of a search, without the reason why nothing fits.
 enum Found {
     Optimal { assignment: Vec<PartIndex>, value: i64 },
     Stopped { best: Option<(i64, Vec<PartIndex>)>, bound: i64 },
@@ -161,7 +161,7 @@ fn search(problem: &Problem, limits: &Limits, warm: Option<&[PartIndex]>) -> Fou
     }
 }
 
-/// The problem in which the nodes are on the parts that were decided; `None` if nothing was.
+/// The problem in which the nodes are on their decided parts; `None` if nothing was decided.
 fn core_of(problem: &Problem, model: &Model, decided: &[Option<PartIndex>]) -> Option<Problem> {
     decided.iter().flatten().next()?;
     let mut core = problem.clone();
@@ -179,7 +179,7 @@ fn core_of(problem: &Problem, model: &Model, decided: &[Option<PartIndex>]) -> O
     Some(core)
 }
 
-/// Searches the tree of a problem; a lower bound on what it can have, or `None` if nothing in it fits.
+/// Searches the tree of a problem. Returns a lower bound, or `None` if nothing in it fits.
 fn search_tree(problem: &Problem, limits: &Limits, best: &mut Candidates) -> Option<i64> {
     let model = model::reduce(problem)?;
     let mut bound = lowest(&model);
@@ -208,7 +208,7 @@ fn search_tree(problem: &Problem, limits: &Limits, best: &mut Candidates) -> Opt
     Some(bound)
 }
 
-/// What the nodes cost at least.
+/// The minimum cost of the nodes.
 fn lowest(model: &Model) -> i64 {
     let least = |node: &model::FreeNode| {
         model::parts_of(node.allowed).map(|part| node.cost[part]).min().unwrap_or(0)
@@ -228,7 +228,7 @@ struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// Takes a placement of the free nodes if it is better; its value if it is feasible.
+    /// Keeps a placement of the free nodes if it is better. Returns its value if it is feasible.
     fn offer(&mut self, model: &Model, free: &[PartIndex]) -> Option<i64> {
         let assignment = model.expand(free);
         let evaluation = evaluate_checked(self.problem, &assignment);

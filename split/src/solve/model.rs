@@ -1,4 +1,4 @@
-//! The problem after reduction: what is decided already is gone, and what must be together is one node.
+//! The problem after reduction: decided nodes are removed, and nodes that must be together are merged.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,31 +12,31 @@ pub(super) fn parts_of(mask: Mask) -> impl Iterator<Item = PartIndex> {
     (0..Mask::BITS as usize).filter(move |&part| mask >> part & 1 == 1)
 }
 
-/// A reduced problem. Its amounts are those of the whole problem: `base` has what is decided.
+/// A reduced problem. Its amounts are those of the whole problem: `base` is the decided part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Model {
     pub(super) parts: usize,
     pub(super) resources: usize,
-    /// Left for the free nodes, by part and resource.
+    /// The capacity that is left for the free nodes, by part and resource.
     pub(super) capacity: Vec<Vec<Option<i64>>>,
-    /// Left for the nets, by part.
+    /// The pins that are left for the nets, by part.
     pub(super) pins: Vec<Option<i64>>,
-    /// The cost of what is decided.
+    /// The cost of the decided nodes and nets.
     pub(super) base: i64,
     pub(super) nodes: Vec<FreeNode>,
     pub(super) nets: Vec<Net>,
-    /// Decisions of which one must be different; at least two each.
+    /// Sets of at least two decisions, of which one must be different.
     pub(super) forbidden: Vec<Vec<(usize, PartIndex)>>,
-    /// For each node of the problem: where it is, or the free node that stands for it.
+    /// For each node of the problem: its part, or the free node that represents it.
     pub(super) origin: Vec<Origin>,
 }
 
-/// What became of a node of the problem.
+/// The result of the reduction for a node of the problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Origin {
-    /// It is on this part in any case.
+    /// It is always on this part.
     Placed(PartIndex),
-    /// It goes where this free node goes.
+    /// It is on the same part as this free node.
     Free(usize),
 }
 
@@ -44,7 +44,7 @@ pub(super) enum Origin {
 #[derive(Clone, Debug, Default)]
 pub(super) struct FreeNode {
     pub(super) allowed: Mask,
-    /// By part; meaningless where not allowed.
+    /// By part; meaningless if the node is not allowed there.
     pub(super) cost: Vec<i64>,
     /// By part and resource.
     pub(super) uses: Vec<Vec<i64>>,
@@ -52,17 +52,17 @@ pub(super) struct FreeNode {
     pub(super) forbidden: Vec<usize>,
 }
 
-/// A wire or an input, or several that are alike.
+/// A wire or an input, or several equal ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Net {
     /// Free members, in order; at least one.
     pub(super) members: Vec<usize>,
-    /// The parts on which a placed member is.
+    /// The parts that have a placed member.
     pub(super) placed: Mask,
-    /// A pin on each part with a member, cut or not.
+    /// True if it has a pin on each part with a member, even if it is not cut.
     pub(super) is_input: bool,
     pub(super) cost: i64,
-    /// How many pins it costs on a part.
+    /// The number of its pins on a part.
     pub(super) pins: i64,
 }
 
@@ -95,7 +95,7 @@ impl Model {
         }
     }
 
-    /// The placement of the problem's nodes that a placement of the free nodes means.
+    /// The placement of all nodes that corresponds to a placement of the free nodes.
     pub(super) fn expand(&self, free: &[PartIndex]) -> Vec<PartIndex> {
         let place = |origin: &Origin| match *origin {
             Origin::Placed(part) => part,
@@ -104,7 +104,7 @@ impl Model {
         self.origin.iter().map(place).collect()
     }
 
-    /// The free nodes' parts in a placement of the problem's nodes, with `None` where that is not allowed.
+    /// The parts of the free nodes in a placement of all nodes; `None` for a part that is not allowed.
     pub(super) fn restrict(&self, assignment: &[PartIndex]) -> Vec<Option<PartIndex>> {
         let mut free = vec![None; self.nodes.len()];
         for (origin, &part) in self.origin.iter().zip(assignment) {
@@ -120,8 +120,8 @@ impl Model {
 
 /// Reduces a problem; `None` if it obviously has no solution.
 ///
-/// Merges what must be together, removes parts on which a node alone does not fit or which are forbidden to it, places nodes with one part left and nodes
-/// for which one part is best whatever the others do, and merges nets with the same members.
+/// Merges nodes that must be together, removes parts on which a node alone does not fit or is forbidden, places nodes with one part left and nodes for which
+/// one part is best regardless of the others, and merges nets with the same members.
 pub(super) fn reduce(problem: &Problem) -> Option<Model> {
     let mut work = Work::merged(problem);
     work.settle(problem)?;
@@ -134,12 +134,12 @@ pub(super) fn reduce(problem: &Problem) -> Option<Model> {
     Some(model)
 }
 
-/// The problem with only the merging of what must be together: each node is free, even if it has one part.
+/// The problem in which only nodes that must be together are merged: each node is free, even if it has one part.
 pub(super) fn whole(problem: &Problem) -> Model {
     Work::merged(problem).finish(problem)
 }
 
-/// Classes of nodes, and how far they are decided.
+/// Classes of nodes, and their remaining choices.
 struct Work {
     /// The class of each node.
     class: Vec<usize>,
@@ -148,7 +148,7 @@ struct Work {
     forbidden: Vec<BTreeSet<(usize, PartIndex)>>,
     /// Nets by members and kind, with cost and pins.
     nets: BTreeMap<(Vec<usize>, bool), (i64, i64)>,
-    /// What the placed classes use, by part and resource.
+    /// The use of the placed classes, by part and resource.
     used: Vec<Vec<i64>>,
     placed: Vec<bool>,
 }
@@ -272,7 +272,7 @@ impl Work {
         self.classes[class].allowed != before
     }
 
-    /// The part that costs least for a class without nets, if it uses nothing there that is limited.
+    /// The cheapest part for a class without nets, if the class uses no limited resource there.
     fn best_alone(&self, problem: &Problem, class: usize) -> Option<PartIndex> {
         let node = &self.classes[class];
         let best = parts_of(node.allowed).min_by_key(|&part| node.cost[part])?;
@@ -317,7 +317,7 @@ impl Work {
         model
     }
 
-    /// Adds the nets that still depend on a free node; the others become part of what is decided.
+    /// Adds the nets that still depend on a free node; the other nets are decided.
     fn add_nets(&self, model: &mut Model, places: &[Origin]) {
         let mut merged: BTreeMap<(Vec<usize>, Mask, bool), (i64, i64)> = BTreeMap::new();
         for ((members, is_input), &(cost, pins)) in &self.nets {
@@ -352,7 +352,7 @@ impl Work {
     }
 }
 
-/// A capacity as a signed number; the largest ones behave like unlimited.
+/// A capacity as a signed number; very large capacities are treated as unlimited.
 pub(super) fn signed(capacity: u64) -> i64 {
     i64::try_from(capacity).unwrap_or(i64::MAX).min(1 << 60)
 }
@@ -381,7 +381,7 @@ fn classes(problem: &Problem) -> Vec<usize> {
     (0..problem.nodes.len()).map(number).collect()
 }
 
-/// The nets over classes, with the sums of cost and pins of those that are alike.
+/// The nets over classes, with the sums of cost and pins of equal nets.
 fn nets(problem: &Problem, class: &[usize]) -> BTreeMap<(Vec<usize>, bool), (i64, i64)> {
     let mut nets: BTreeMap<(Vec<usize>, bool), (i64, i64)> = BTreeMap::new();
     let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| {

@@ -8,10 +8,10 @@ pub type PartIndex = usize;
 /// The index of a node in [`Problem::nodes`].
 pub type NodeIndex = usize;
 
-/// Nodes to be placed on parts, at the least cost that fits.
+/// Nodes to be placed on parts, at minimum cost.
 ///
-/// The cost of a placement is the sum of [`Choice::cost`] over the nodes and of [`Wire::cost`] over the wires with members on two parts or more. Weights of
-/// several aims are already multiplied into these integers.
+/// The cost of a placement is the sum of [`Choice::cost`] over the nodes and of [`Wire::cost`] over the wires with members on two parts or more. The
+/// weights of several objectives are already included in these integers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
     /// The parts, 2 to 16; all have the same resources.
@@ -28,10 +28,10 @@ pub struct Problem {
     pub forbidden: Vec<Forbidden>,
 }
 
-/// What one part can hold.
+/// The capacities of one part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Part {
-    /// For each resource the amount there is; `None` is unlimited.
+    /// The available amount of each resource; `None` is unlimited.
     pub capacities: Vec<Option<u64>>,
     /// The pins for wires and inputs; `None` is unlimited.
     pub pins: Option<u64>,
@@ -40,16 +40,16 @@ pub struct Part {
 /// Something that is placed on one part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Node {
-    /// For each part what the node costs there; `None` if it is not allowed there. A fixed node has one choice.
+    /// For each part, the cost of the node there; `None` if it is not allowed there. A fixed node has one choice.
     pub choices: Vec<Option<Choice>>,
 }
 
-/// What a node costs on one part.
+/// The cost of a node on one part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Choice {
     /// Its share of the objective; may be negative.
     pub cost: i64,
-    /// For each resource the amount that it uses.
+    /// The amount of each resource that it uses.
     pub uses: Vec<u64>,
 }
 
@@ -78,7 +78,7 @@ pub struct InputGroup {
 pub enum Forbidden {
     /// At least one of these decisions must be different.
     Decisions(Vec<(NodeIndex, PartIndex)>),
-    /// These nodes must not all be on this part, wherever the other nodes are.
+    /// These nodes must not all be on this part, regardless of the other nodes.
     Together {
         /// The nodes.
         nodes: Vec<NodeIndex>,
@@ -139,7 +139,7 @@ impl Problem {
     /// Checks lengths, indices and sizes.
     ///
     /// # Errors
-    /// The first thing that is malformed. A capacity or a number of pins may have any value.
+    /// The first error. A capacity or a number of pins may have any value.
     pub fn check(&self) -> Result<(), ProblemError> {
         if !(2..=16).contains(&self.parts.len()) {
             return Err(ProblemError::Parts(self.parts.len()));
@@ -213,10 +213,10 @@ impl Problem {
         }
     }
 
-    /// Checks that a placement has a part that exists for each node; it need not be feasible.
+    /// Checks that a placement has an existing part for each node; it need not be feasible.
     ///
     /// # Errors
-    /// The first thing that is malformed.
+    /// The first error.
     pub fn check_assignment(&self, assignment: &[PartIndex]) -> Result<(), ProblemError> {
         length(format_args!("assignment"), self.nodes.len(), assignment.len())?;
         match assignment.iter().find(|&&part| part >= self.parts.len()) {

@@ -11,7 +11,7 @@ use microlp::{ComparisonOp, OptimizationDirection, SolveOptions, TerminationReas
 use super::model::{Model, Net, parts_of};
 use super::problem::PartIndex;
 
-/// How a search ended.
+/// The result of a search.
 #[derive(Clone, Debug)]
 pub(super) enum Answer {
     /// The best placement of the free nodes.
@@ -269,7 +269,7 @@ impl<'a> Program<'a> {
         }
     }
 
-    /// The values of the nodes' variables in a placement.
+    /// The values of the node variables in a placement.
     fn hint(&self, warm: &[PartIndex], variables: &[Variable]) -> Vec<(Variable, f64)> {
         let mut hint = Vec::new();
         for (on, &here) in self.on.iter().zip(warm) {
@@ -284,7 +284,7 @@ impl<'a> Program<'a> {
         hint
     }
 
-    /// The placement that the values of variables mean: each node is on the part with the largest value.
+    /// The placement that corresponds to the values of variables: each node is on the part with the largest value.
     fn placement(&self, value: impl Fn(usize) -> f64) -> Vec<PartIndex> {
         let evaluate = |sum: &Sum| {
             sum.terms.iter().map(|(&variable, factor)| factor * value(variable)).sum::<f64>()

@@ -1,4 +1,4 @@
-//! What a placement costs and uses, and what each single move would change.
+//! The cost and resource use of a placement, and the effect of each single move.
 
 use super::model::{Origin, parts_of, whole};
 use super::problem::{NodeIndex, PartIndex, Problem, ProblemError};
@@ -41,9 +41,9 @@ pub enum Constraint {
 pub struct Usage {
     /// [`Constraint::Capacity`] or [`Constraint::Pins`].
     pub constraint: Constraint,
-    /// What is used.
+    /// The used amount.
     pub used: u64,
-    /// What there is; `None` is unlimited.
+    /// The available amount; `None` is unlimited.
     pub capacity: Option<u64>,
 }
 
@@ -54,18 +54,18 @@ impl Usage {
     }
 }
 
-/// What a placement costs and uses.
+/// The cost and resource use of a placement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Evaluation {
     /// The objective. A node on a part where it is not allowed counts as 0.
     pub value: i64,
-    /// All capacities, part by part, and then the pins of the parts.
+    /// The use of all capacities, part by part, and then of the pins of the parts.
     pub usage: Vec<Usage>,
-    /// The constraints that the placement breaks; empty if it is feasible.
+    /// The constraints that the placement violates; empty if it is feasible.
     pub broken: Vec<Constraint>,
 }
 
-/// Computes what a placement costs and uses, straight from the definition.
+/// Computes the cost and resource use of a placement, directly from the definition.
 ///
 /// # Errors
 /// [`ProblemError`] if the problem or the placement is malformed.
@@ -133,22 +133,22 @@ fn usage(problem: &Problem, used: &[Vec<u64>], pins: &[u64]) -> Vec<Usage> {
     usage
 }
 
-/// What moving one node, with those that must be together with it, to a part would mean.
+/// The effect of moving one node, with the nodes that must be together with it, to a part.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Alternative {
     /// It is there already.
     Current,
     /// It, or a node that must be together with it, is not allowed there.
     NotAllowed,
-    /// It fits, and the objective becomes this.
+    /// It fits, and this is the new objective.
     Value(i64),
-    /// It does not fit: these constraints would be broken.
+    /// It does not fit: these constraints would be violated.
     DoesNotFit(Vec<Usage>),
     /// It fits, but a forbidden set would be met.
     Forbidden,
 }
 
-/// For each node and part, what moving only this node there would mean.
+/// For each node and part, the effect of moving only this node there.
 ///
 /// # Errors
 /// [`ProblemError`] if the problem or the placement is malformed.
@@ -189,7 +189,7 @@ pub fn alternatives(
     Ok(model.origin.iter().map(of_node).collect())
 }
 
-/// What the state after a move is.
+/// The effect of a move, from the state after it.
 fn moved(state: &State, usage: &[Usage]) -> Alternative {
     let after = state
         .uses()

@@ -1,4 +1,4 @@
-//! A placement of the free nodes with all its sums, and what a move would change.
+//! A placement of the free nodes with all its sums, and the effect of a move.
 
 use super::model::{FreeNode, Mask, Model, Net, parts_of};
 use super::problem::PartIndex;
@@ -6,7 +6,7 @@ use super::problem::PartIndex;
 /// The unit of prices: a price of `UNIT` for one product term makes it as expensive as 1 in the objective.
 pub(super) const UNIT: i64 = 1 << 10;
 
-/// Prices of what is scarce, in `1 / UNIT` of the objective.
+/// Prices of scarce resources, in `1 / UNIT` of the objective.
 #[derive(Clone, Debug)]
 pub(super) struct Prices {
     /// By part and resource.
@@ -26,19 +26,19 @@ impl Prices {
 pub(super) struct State<'a> {
     pub(super) model: &'a Model,
     pub(super) part: Vec<PartIndex>,
-    /// By net, then part: how many free members are there.
+    /// By net, then part: the number of free members on the part.
     counts: Vec<Vec<u32>>,
     /// By part and resource.
     used: Vec<Vec<i64>>,
     pins: Vec<i64>,
-    /// By forbidden set: how many of its decisions are made.
+    /// By forbidden set: the number of its decisions that are made.
     met: Vec<usize>,
     pub(super) value: i64,
-    /// How far it is from fitting; 0 if it fits.
+    /// The excess over the limits; 0 if it fits.
     pub(super) excess: i64,
 }
 
-/// What a move would change.
+/// The effect of a move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Effect {
     pub(super) value: i64,
@@ -93,7 +93,7 @@ impl<'a> State<'a> {
         })
     }
 
-    /// What moving a node to another part would change.
+    /// The effect of moving a node to another part.
     pub(super) fn effect(&self, node: usize, to: PartIndex) -> Effect {
         let FreeNode { cost, uses, .. } = &self.model.nodes[node];
         let from = self.part[node];
@@ -114,7 +114,7 @@ impl<'a> State<'a> {
         Effect { value: cost[to] - cost[from] + net_value, excess: change }
     }
 
-    /// What moving a node would change in the objective plus priced use, in `1 / UNIT`.
+    /// The change of the objective plus priced use by a move of a node, in `1 / UNIT`.
     pub(super) fn priced(&self, node: usize, to: PartIndex, prices: &Prices) -> i64 {
         let FreeNode { cost, uses, .. } = &self.model.nodes[node];
         let from = self.part[node];
@@ -159,7 +159,7 @@ impl<'a> State<'a> {
         change
     }
 
-    /// Moves a node, and calls `touch` with each node whose effects may be different now.
+    /// Moves a node, and calls `touch` with each node whose move may now have another effect.
     pub(super) fn apply(&mut self, node: usize, to: PartIndex, mut touch: impl FnMut(usize)) {
         let effect = self.effect(node, to);
         let (from, (_, pins)) = (self.part[node], self.net_changes(node, to));
@@ -186,7 +186,7 @@ impl<'a> State<'a> {
         self.part[node] = to;
     }
 
-    /// What is used of each limited thing: capacities by part, pins, and the decisions of forbidden sets.
+    /// The use of each limited resource: capacities by part, pins, and the decisions of forbidden sets.
     pub(super) fn loads(&self) -> impl Iterator<Item = i64> {
         let limited = self.uses().filter(|(limit, _)| limit.is_some()).map(|(_, used)| used);
         limited.chain(self.met.iter().map(|&met| i64::try_from(met).unwrap_or(i64::MAX)))
@@ -201,7 +201,7 @@ impl<'a> State<'a> {
     }
 }
 
-/// What amounts cost at some prices. Each term is clamped, so that no sum of such bills overflows.
+/// The cost of amounts at given prices. Each term is clamped, so that no sum of such costs overflows.
 pub(super) fn bill(amounts: &[i64], prices: &[i64]) -> i64 {
     const MOST: i64 = 1 << 55;
     amounts
@@ -219,7 +219,7 @@ fn present(net: &Net, counts: &[u32]) -> Mask {
         .fold(net.placed, |mask, (part, &count)| mask | Mask::from(count > 0) << part)
 }
 
-/// One unit of excess for each thousandth of a capacity that is too much, so that small and large capacities weigh the same.
+/// One unit of excess for each thousandth of the capacity that is exceeded, so that small and large capacities have the same weight.
 fn excess(capacity: Option<i64>, used: i64) -> i64 {
     match capacity {
         Some(capacity) if used > capacity => {

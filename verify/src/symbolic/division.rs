@@ -1,17 +1,17 @@
-//! The proof that the parts of a divided net, joined by their wires, are the net (semantics §10.6).
+//! The proof that the parts of a divided net, joined by their wires, equal the net (semantics §10.6).
 //!
-//! Let S be a state of the net, and let each part be in the state that S gives to its objects: copies have the values of the originals. It is shown that
+//! Let S be a state of the net, and let each part be in the state that S gives to its objects: copies have the values of the originals. The proof shows that
 //! 1. after reset the parts are in the state that the net's reset state gives them, with equal outputs;
 //! 2. whether a part's own transitions fire does not depend on its wires, so there is no loop of wires through several parts;
 //! 3. from every S and for every row, each wire shows whether its transition fires in the net; and if the wires have these values, each part is afterwards in the
 //!    state that the net's next state gives it, and its outputs are those of the net.
 //!
-//! A part may compare a time with smaller constants than the net does. Its counter is modelled with the cap of the net: a counter that goes on beyond all constants
+//! A part may compare a time with smaller constants than the net does. Its counter is modelled with the cap of the net: a counter that counts beyond all constants
 //! that it is compared with gives the same results. A part under `priority-age` may also store a relative age that nothing in the net depends on; its value is
-//! left free, so it is shown that nothing in the part depends on it either.
+//! left free, so the proof shows that nothing in the part depends on it either.
 //!
 //! By induction the parts then have the net's outputs, steps and variables in every row. The proof uses the second encoding of the reaction for the net and for each
-//! part. It reads the division as a claim: which object a part's object copies is checked, not trusted.
+//! part. The division is a claim: the proof does not trust it, but checks which object each object of a part copies.
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::division::{Division, PartNet, Shown, Source};
@@ -31,7 +31,7 @@ use crate::verdict::{Open, Scope, Verdict};
 /// The bits of `dt` if a row can take several ticks: [`grafsynth_sim::MAX_DT`] is the largest.
 const BITS_OF_DT: u32 = grafsynth_sim::MAX_DT.count_ones();
 
-/// The proof that the parts are the net.
+/// A proof that the parts equal the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Joined {
     /// The number of compared functions: bits of the state of each part, outputs and wires.
@@ -42,18 +42,18 @@ pub struct Joined {
     pub scope: Scope,
 }
 
-/// Why the parts are not the net.
+/// A difference between the parts and the net.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Apart {
     /// What differs: an output, a wire, or a bit of the state of a part.
     pub what: String,
-    /// A state and inputs for which it differs, in words. The state satisfies the invariants that are known, but it may be unreachable.
+    /// A state and inputs for which it differs, in words. The state satisfies the known invariants, but may be unreachable.
     pub when: String,
 }
 
-/// Proves that the parts of a division are the net, for all rows with a `dt` in the scope: with `one_tick`, 0 or 1.
+/// Proves that the parts of a division equal the net, for every row and every `dt`; with `one_tick`, only for `dt` 0 and 1.
 ///
-/// A difference is reported as refuted only if it is in the reset state or a wire depends on other wires; from a state that may be unreachable the answer is open.
+/// A difference is refuted only in the reset state, or if a wire depends on other wires. In a state that may be unreachable, the answer is open.
 #[must_use]
 pub fn joined(
     net: &Valid<Net>,
@@ -119,7 +119,7 @@ fn prove(
         |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
     );
     if has_arguments {
-        let reason = "everything is proved except the arguments of calls, which is not supported";
+        let reason = "the arguments of function calls are not compared (everything else is proved)";
         return Err(Failed::Open(reason.to_owned()));
     }
     let scope = if one_tick { Scope::OneTick } else { Scope::EveryStimulus };
@@ -223,7 +223,7 @@ impl Proof<'_> {
         maker.claimed = Some(claimed.clone());
         let own = maker.reaction(&given, &own_inputs)?;
         if maker.decided.len() != claimed.len() {
-            return Err(Failed::Open("what fires in a part is not known".to_owned()));
+            return Err(Failed::Open("the fired transitions of a part are unknown".to_owned()));
         }
         let decided = part.transitions.iter().zip(maker.decided.clone()).zip(claimed);
         pairs.extend(decided.map(|(((id, _), given), wanted)| Pair {
@@ -258,10 +258,10 @@ impl Proof<'_> {
             Some(Some(bits)) => {
                 let when = self.model.describe(&bits);
                 Err(Failed::Open(format!(
-                    "{what} may differ in a state that no invariant excludes ({when})"
+                    "{what} differs in a state that may be unreachable ({when})"
                 )))
             }
-            None => Err(Failed::Open(format!("{what} is too hard to compare"))),
+            None => Err(Failed::Open(format!("the solver reached its limit for {what}"))),
         }
     }
 }
@@ -305,7 +305,7 @@ fn independent(
     Ok(own)
 }
 
-/// A reaction of the net, as the parts must show it.
+/// A reaction of the net that the parts must reproduce.
 struct Wanted<'a> {
     net: &'a Net,
     whole: &'a Shape,
@@ -315,7 +315,7 @@ struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// State and outputs of the part beside those of the net.
+    /// The state and outputs of the part, paired with those of the net.
     fn pairs(
         &self,
         maker: &mut Maker<'_>,
@@ -397,7 +397,7 @@ impl What {
     }
 }
 
-/// The state of a part that a state of the net gives it.
+/// The state of a part that corresponds to a state of the net.
 fn seen(
     maker: &mut Maker<'_>,
     whole: &Shape,
@@ -432,7 +432,7 @@ fn is_free(part: &PartNet, whole: &Shape, origin: Origin) -> bool {
     !whole.older.contains(&(a.min(b), a.max(b)))
 }
 
-/// The piece of the net's state that a piece of a part's state copies, and whether it is inverted. A piece without one leaves the answer open.
+/// The piece of the net's state that a piece of a part's state copies, and whether it is inverted. Without one, the answer is open.
 #[allow(clippy::wildcard_enum_match_arm, reason = "a forgotten piece leaves the answer open")]
 fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
     let step = |id: StepId| part.steps[id];
