@@ -2,6 +2,7 @@
 
 use crate::notation::{Notation, duration, path, quoted, word};
 use crate::picture::Element;
+use crate::states::Tree;
 use crate::symbol::{Action, Kind, Symbol, When};
 use crate::text::Rich;
 use grafsynth_ir::chart::{
@@ -22,6 +23,8 @@ pub(crate) struct Scope {
     pub(crate) links: Vec<(usize, usize)>,
     /// Expansions of macros and enclosing steps.
     pub(crate) inner: Vec<Scope>,
+    /// The states, if this is a statechart.
+    pub(crate) states: Option<Tree>,
 }
 
 /// Notation that is not part of IEC 60848, for the legend.
@@ -128,6 +131,10 @@ struct Reader {
 impl Reader {
     fn chart(&mut self, chart: &Chart) -> Scope {
         self.chart.clone_from(&chart.name.text);
+        if is_statechart(&chart.items) {
+            let heading = headed("statechart", &chart.name.text, &chart.meta);
+            return self.statechart(heading, &chart.items, Tree::of_chart(chart));
+        }
         let heading = headed("G", &chart.name.text, &chart.meta);
         self.scope(heading, &chart.name.text, &chart.items)
     }
@@ -136,7 +143,11 @@ impl Reader {
         self.chart.clone_from(&library.name.text);
         self.foreign.insert(Foreign::Library);
         let heading = headed("library", &library.name.text, &library.meta);
-        let mut scope = self.scope(heading, &library.name.text, &library.items);
+        let mut scope = if is_statechart(&library.items) {
+            self.statechart(heading, &library.items, Tree::of_library(library))
+        } else {
+            self.scope(heading, &library.name.text, &library.items)
+        };
         let parameters: Vec<String> =
             library.parameters.iter().map(|one| parameter(&one.declaration)).collect();
         if !parameters.is_empty() {
@@ -145,16 +156,23 @@ impl Reader {
         scope
     }
 
+    /// A statechart, with the words of the chart language in its remarks, too.
+    fn statechart(&mut self, heading: String, items: &[Item], states: Tree) -> Scope {
+        let words = std::mem::replace(&mut self.notation.words, true);
+        // What IEC 60848 lacks is of no interest here.
+        let foreign = self.foreign.clone();
+        let mut remarks = settings(items);
+        remarks.extend(items.iter().filter_map(|item| self.remark(item)));
+        (self.notation.words, self.foreign) = (words, foreign);
+        Scope { heading, remarks, states: Some(states), ..Scope::default() }
+    }
+
     /// Reads a list of items; `prefix` makes the ids of its symbols unique.
     fn scope(&mut self, heading: String, prefix: &str, items: &[Item]) -> Scope {
         let mut scope = Scope { heading, ..Scope::default() };
         let mut steps = BTreeMap::new();
         self.depth += 1;
-        let settings: Vec<String> =
-            items.iter().filter_map(Item::as_setting).map(|one| setting(&one.kind)).collect();
-        if !settings.is_empty() {
-            scope.remarks.push(Rich::plain(settings.join(" · ")));
-        }
+        scope.remarks = settings(items);
         let mut inner = Vec::new();
         for item in items {
             let (symbol, name, meta) = match item {
@@ -547,6 +565,25 @@ fn parameter(declaration: &Declaration) -> String {
         DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => "extern",
     };
     format!("{kind} {}", word(&declaration.name.text))
+}
+
+/// True if the chart has states, or a policy of statecharts.
+fn is_statechart(items: &[Item]) -> bool {
+    items.iter().any(|item| match item {
+        Item::State(_) => true,
+        Item::Setting(setting) => {
+            matches!(setting.kind, SettingKind::Conflict(Policy::InnerFirst | Policy::OuterFirst))
+        }
+        _ => false,
+    })
+}
+
+/// The settings on one line, if there are any.
+fn settings(items: &[Item]) -> Vec<Rich> {
+    let all: Vec<String> =
+        items.iter().filter_map(Item::as_setting).map(|one| setting(&one.kind)).collect();
+    let line = (!all.is_empty()).then(|| Rich::plain(all.join(" · ")));
+    line.into_iter().collect()
 }
 
 /// A setting as in the chart language.

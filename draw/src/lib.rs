@@ -1,4 +1,4 @@
-//! Charts as drawings: a chart as its designer wrote it, in the notation of Grafcet (IEC 60848).
+//! Charts as drawings: a chart as its designer wrote it, in the notation of Grafcet (IEC 60848), and statecharts in that of UML.
 //!
 //! ```text
 //! let picture = draw::layout(&design, &Options::default())?;   // boxes, lines and texts with coordinates
@@ -6,26 +6,34 @@
 //! ```
 //!
 //! The files in reading order: [`picture`] is the drawing as data. `content` turns a chart into symbols and links, with conditions written by `notation`;
-//! `symbol` draws one symbol. `order`, `blocks` and `channels` lay out a graph: rows, columns, links. `sheet` puts the parts together, and `svg` writes them.
+//! `symbol` draws one symbol. `order`, `blocks` and `channels` lay out a graph: rows, columns, links. Statecharts have a layout of their own: `states` turns a
+//! chart into boxes inside of boxes, `vertex` draws one box, `routes` divides transitions at the borders of states, `container` lays out the inside of one
+//! state, with `layers` for columns and `tracks` for links, and `nest` joins everything. `sheet` puts the parts together, and `svg` writes them.
 //!
 //! The same chart gives the same drawing on every machine: all coordinates are whole numbers. docs/drawing.md lists the symbols with their meaning.
 
 mod blocks;
 mod channels;
+mod container;
 mod content;
+mod layers;
+mod nest;
 mod notation;
 mod order;
 pub mod picture;
+mod routes;
 mod sheet;
+mod states;
 mod svg;
 mod symbol;
 mod text;
+mod tracks;
+mod vertex;
 
 pub use picture::Picture;
 pub use svg::svg;
 
-use grafsynth_ir::chart::{Chart, Design, Item, SettingKind};
-use grafsynth_ir::net::Policy;
+use grafsynth_ir::chart::{Chart, Design};
 
 /// The charts to draw, and the notation of conditions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,8 +47,6 @@ pub struct Options<'a> {
 /// Why a design is not drawn.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NotDrawn {
-    /// The chart with this name is a statechart.
-    Statechart(String),
     /// There is no chart with the requested name; contains the existing names.
     NoChart(Vec<String>),
 }
@@ -48,7 +54,7 @@ pub enum NotDrawn {
 /// Lays out the charts of a design.
 ///
 /// # Errors
-/// Returns [`NotDrawn`] if a chart is a statechart, or if the requested chart does not exist.
+/// Returns [`NotDrawn`] if the requested chart does not exist.
 pub fn layout(design: &Design, options: &Options<'_>) -> Result<Picture, NotDrawn> {
     let is_wanted = |chart: &&Chart| options.chart.is_none_or(|name| chart.name.text == name);
     let charts: Vec<&Chart> = design.charts.iter().filter(is_wanted).collect();
@@ -56,23 +62,7 @@ pub fn layout(design: &Design, options: &Options<'_>) -> Result<Picture, NotDraw
         let names = design.charts.iter().map(|chart| chart.name.text.clone());
         return Err(NotDrawn::NoChart(names.collect()));
     }
-    let libraries = design.libraries.iter().filter(|_| options.chart.is_none());
-    let parts = charts.iter().map(|chart| (&chart.name, &chart.items));
-    let parts = parts.chain(libraries.map(|library| (&library.name, &library.items)));
-    if let Some((name, _)) = { parts }.find(|(_, items)| items.iter().any(is_statechart)) {
-        return Err(NotDrawn::Statechart(name.text.clone()));
-    }
     let names: Vec<&str> = charts.iter().map(|chart| chart.name.text.as_str()).collect();
     let content = content::content(design, &charts, options.words);
     Ok(sheet::draw(&content, names.join(", ")))
-}
-
-fn is_statechart(item: &Item) -> bool {
-    match item {
-        Item::State(_) => true,
-        Item::Setting(setting) => {
-            matches!(setting.kind, SettingKind::Conflict(Policy::InnerFirst | Policy::OuterFirst))
-        }
-        _ => false,
-    }
 }

@@ -71,12 +71,25 @@ pub enum Shape {
         /// The size and weight of the letters.
         font: Font,
     },
-    /// An arrowhead with its tip at (`x`, `y`) on a link that leads up.
+    /// An arrowhead at the end of a link.
     Arrow {
-        /// Middle.
+        /// The tip.
         x: i64,
         /// The tip.
         y: i64,
+        /// Where it points.
+        way: Way,
+    },
+    /// A circle with its middle at (`x`, `y`).
+    Circle {
+        /// Middle.
+        x: i64,
+        /// Middle.
+        y: i64,
+        /// The radius.
+        radius: i64,
+        /// True for a dot, false for a line.
+        is_filled: bool,
     },
     /// A gap in a horizontal line, where a vertical line crosses it without a connection.
     Crossing {
@@ -85,6 +98,15 @@ pub enum Shape {
         /// Middle.
         y: i64,
     },
+}
+
+/// Where an arrowhead points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Up.
+    Up,
+    /// Down.
+    Down,
 }
 
 /// How a line or a border is drawn.
@@ -98,6 +120,10 @@ pub enum Pen {
     Frame,
     /// Lines inside symbols, and overlines.
     Detail,
+    /// The border of a state, with round corners.
+    State,
+    /// The line between the regions of a state.
+    Dashed,
 }
 
 /// The size and weight of letters.
@@ -130,7 +156,8 @@ impl Picture {
             match &mut mark.shape {
                 Shape::Rect { x, y, .. }
                 | Shape::Text { x, y, .. }
-                | Shape::Arrow { x, y }
+                | Shape::Arrow { x, y, .. }
+                | Shape::Circle { x, y, .. }
                 | Shape::Crossing { x, y } => (*x, *y) = (*x + dx, *y + dy),
                 Shape::Line { from, to, .. } => {
                     *from = (from.0 + dx, from.1 + dy);

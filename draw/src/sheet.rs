@@ -2,8 +2,9 @@
 
 use crate::channels::{HALF, Placed, lay_out};
 use crate::content::{Content, Scope};
+use crate::nest;
 use crate::order::{Arc, Graph};
-use crate::picture::{Font, Pen, Picture, Shape};
+use crate::picture::{Font, Pen, Picture, Shape, Way};
 use crate::text::width;
 
 /// The distance between the parts of a sheet.
@@ -43,6 +44,7 @@ pub(crate) fn draw(content: &Content, title: String) -> Picture {
 /// A chart or an expansion, with its heading and perhaps a frame.
 fn draw_scope(scope: &Scope, framed: bool) -> Picture {
     let mut parts = components(scope);
+    parts.extend(scope.states.as_ref().map(nest::draw));
     parts.extend(scope.inner.iter().map(|inner| draw_scope(inner, true)));
     let body = flow(parts);
     let mut picture = Picture::default();
@@ -130,7 +132,7 @@ fn assemble(placed: Placed, symbols: Vec<Picture>) -> Picture {
         picture.line((*x1, *y1), (*x2, *y2), Pen::Line);
     }
     for (x, y) in &placed.arrows {
-        picture.add(Shape::Arrow { x: *x, y: *y });
+        picture.add(Shape::Arrow { x: *x, y: *y, way: Way::Up });
     }
     for (mut symbol, (x, y)) in symbols.into_iter().zip(&placed.nodes) {
         symbol.shift(*x, *y);

@@ -2,15 +2,16 @@
 //!
 //! Colours follow the viewer's preference for light or dark. Text remains text: each text states its width, so that the drawing fits with any font.
 
-use crate::picture::{Element, Font, Mark, Pen, Picture, Shape};
+use crate::picture::{Element, Font, Mark, Pen, Picture, Shape, Way};
 use std::fmt::Write as _;
 
 /// The styles of the file; a viewer that ignores media queries shows the light ones.
 const STYLE: &str = "\
     svg{background:#fff}\n\
     .bg{fill:#fff}\n\
-    .l,.d,.b,.f{stroke:#111;fill:none;stroke-width:1.5}\n\
-    .d{stroke-width:1}\n\
+    .l,.d,.b,.f,.u,.r{stroke:#111;fill:none;stroke-width:1.5}\n\
+    .d,.r{stroke-width:1}\n\
+    .r{stroke-dasharray:6 4}\n\
     .b{stroke-width:4}\n\
     .f{stroke:#888;stroke-width:1}\n\
     .x{stroke:#fff;stroke-width:4}\n\
@@ -21,7 +22,7 @@ const STYLE: &str = "\
     @media (prefers-color-scheme:dark){\n\
     svg{background:#16181d}\n\
     .bg{fill:#16181d}\n\
-    .l,.d,.b{stroke:#e8e8e8}\n\
+    .l,.d,.b,.u,.r{stroke:#e8e8e8}\n\
     .f{stroke:#8a8f98}\n\
     .x{stroke:#16181d}\n\
     .a,text{fill:#e8e8e8}\n\
@@ -66,11 +67,14 @@ pub fn svg(picture: &Picture) -> String {
 
 fn write_mark(out: &mut String, mark: &Mark) {
     let _ = match &mark.shape {
-        Shape::Rect { x, y, width, height, pen } => writeln!(
-            out,
-            "<rect class=\"{}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>",
-            class(*pen)
-        ),
+        Shape::Rect { x, y, width, height, pen } => {
+            let round = if *pen == Pen::State { " rx=\"8\"" } else { "" };
+            writeln!(
+                out,
+                "<rect class=\"{}\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"{round}/>",
+                class(*pen)
+            )
+        }
         Shape::Line { from, to, pen } => writeln!(
             out,
             "<line class=\"{}\" x1=\"{}\" y1=\"{}\" x2=\"{}\" y2=\"{}\"/>",
@@ -93,8 +97,13 @@ fn write_mark(out: &mut String, mark: &Mark) {
                 escape(text)
             )
         }
-        Shape::Arrow { x, y } => {
-            writeln!(out, "<path class=\"a\" d=\"M{x} {y}l-4 9h8z\"/>")
+        Shape::Arrow { x, y, way } => {
+            let back = if *way == Way::Up { 9 } else { -9 };
+            writeln!(out, "<path class=\"a\" d=\"M{x} {y}l-4 {back}h8z\"/>")
+        }
+        Shape::Circle { x, y, radius, is_filled } => {
+            let class = if *is_filled { "a" } else { "l" };
+            writeln!(out, "<circle class=\"{class}\" cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>")
         }
         Shape::Crossing { x, y } => writeln!(
             out,
@@ -111,6 +120,8 @@ fn class(pen: Pen) -> &'static str {
         Pen::Bar => "b",
         Pen::Frame => "f",
         Pen::Detail => "d",
+        Pen::State => "u",
+        Pen::Dashed => "r",
     }
 }
 

@@ -306,6 +306,7 @@ fn bounds(mark: &Mark) -> (i64, i64, i64, i64) {
             (from.0.min(to.0), from.1.min(to.1), from.0.max(to.0), from.1.max(to.1))
         }
         Shape::Text { x, y, width, font, .. } => (*x, y - font.size(), x + width, y + 4),
-        Shape::Arrow { x, y } | Shape::Crossing { x, y } => (x - 4, y - 4, x + 4, y + 4),
+        Shape::Arrow { x, y, .. } | Shape::Crossing { x, y } => (x - 4, y - 4, x + 4, y + 4),
+        Shape::Circle { x, y, radius, .. } => (x - radius, y - radius, x + radius, y + radius),
     }
 }

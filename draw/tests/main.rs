@@ -6,3 +6,4 @@ mod expected;
 mod random;
 mod read_back;
 mod reader;
+mod states;

@@ -240,11 +240,8 @@ fn moved(line: &str) -> String {
 }
 
 #[test]
-fn statecharts_and_unknown_charts_are_refused() {
+fn unknown_charts_are_refused() {
     use grafsynth_draw::NotDrawn;
-    let statechart = parsed("chart s { conflict inner-first\n state a\n state b\n a -> b }");
-    let refused = layout(&statechart, &Options::default());
-    assert_eq!(refused, Err(NotDrawn::Statechart("s".to_owned())));
     let chart = parsed("chart g { initial step a }");
     let refused = layout(&chart, &Options { chart: Some("h"), words: false });
     assert_eq!(refused, Err(NotDrawn::NoChart(vec!["g".to_owned()])));

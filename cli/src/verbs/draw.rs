@@ -19,9 +19,6 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
     };
     let options = Options { chart: arguments.chart.as_deref(), words: arguments.words };
     let picture = layout(chart, &options).map_err(|why| match why {
-        NotDrawn::Statechart(name) => Stop::Input(format!(
-            "{file}: `{name}` is a statechart, and statecharts are not drawn yet; `draw` accepts Grafcet charts"
-        )),
         NotDrawn::NoChart(names) => {
             let wanted = arguments.chart.as_deref().unwrap_or_default();
             let near = did_you_mean(wanted, names.iter().map(String::as_str));
