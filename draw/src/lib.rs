@@ -22,7 +22,7 @@ mod symbol;
 mod text;
 
 pub use picture::Picture;
-pub use svg::svg;
+pub use svg::{embedded, svg};
 
 use grafsynth_ir::chart::{Chart, Design, Item, SettingKind};
 use grafsynth_ir::net::Policy;
