@@ -3,13 +3,17 @@
 use crate::key;
 use crate::program::ProgramWriter;
 use crate::reference::Reference;
-use crate::waits::Waits;
+use crate::waits::{DEEPEST, Waits};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
-use grafsynth_ir::net::{Driver, Evolution, InputKind, Net, Policy, StepKind, TransitionKind};
+use grafsynth_ir::net::{
+    Driver, Evolution, Expr, InputKind, Net, Policy, PropertyLeaf, PropertyRole, StepKind,
+    TransitionKind,
+};
 use grafsynth_ir::program::{Origin, Program, ResetEffect};
+use grafsynth_ir::text::print_expr;
 use grafsynth_sim::{ColumnKind, MAX_DT, TraceLayout};
 use serde_json::{Value, json};
 
@@ -26,7 +30,7 @@ pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec
     let writer = ProgramWriter::new(net, &program);
     let waits = Waits::new(net, &program, &writer);
     let settings = &net.settings;
-    let emergency = net.emergency.as_ref().and_then(|it| waits.expr(&it.condition, 8));
+    let emergency = net.emergency.as_ref().and_then(|it| waits.expr(&it.condition, DEEPEST));
     Ok(json!({
         "version": VERSION,
         "name": net.name.text,
@@ -65,7 +69,12 @@ pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec
             "waits": waits.factors(transition),
             "moves": transition.kind == TransitionKind::Move,
         })).collect::<Vec<_>>(),
+        "macros": net.macros.iter().map(|it| json!({
+            "key": key(it.meta.span),
+            "steps": it.steps.iter().map(|step| step.index()).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
         "timers": waits.timers(),
+        "assumptions": assumptions(net, &waits, &writer),
         "emergency": emergency.map(|condition| writer.expr(&condition)),
         "exclusive": settings.events_exclusive,
         "reference": {
@@ -74,6 +83,22 @@ pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec
             "hashes": reference.hashes,
         },
     }))
+}
+
+/// The assumptions about the inputs: the condition that is never true, as text and as an expression.
+fn assumptions(net: &Net, waits: &Waits<'_>, writer: &ProgramWriter<'_>) -> Vec<Value> {
+    let mut all = Vec::new();
+    for property in net.properties.iter().filter(|it| it.role == PropertyRole::Assume) {
+        let leaf = &mut |leaf: &PropertyLeaf, span| {
+            leaf.net().map(|leaf| Expr::leaf(*leaf, span)).ok_or(())
+        };
+        let array = &mut |leaf: &PropertyLeaf, _| leaf.net().copied().ok_or(());
+        let Ok(never) = property.never.try_map(leaf, array) else { continue };
+        if let Some(value) = waits.expr(&never, DEEPEST) {
+            all.push(json!({ "never": print_expr(net, &never), "value": writer.expr(&value) }));
+        }
+    }
+    all
 }
 
 fn policy(policy: Policy) -> &'static str {

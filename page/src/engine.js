@@ -315,13 +315,13 @@ const Grafsynth = (() => {
             if (found.length !== header.length) {
                 throw new Error(`line ${line.number}: ${found.length} cells, expected ${header.length}`);
             }
-            const row = { dt: 1, values: data.inputs.map(zero), expected: {}, line: line.number };
+            const row = { dt: 1, values: data.inputs.map(zero), expected: new Map(), line: line.number };
             let isReset = false;
             header.forEach((column, at) => {
                 const cell = found[at];
                 const number = /^-?\d+$/.test(cell) ? Number(cell) : NaN;
                 if (column.kind === "expected") {
-                    row.expected[column.name] = cell;
+                    row.expected.set(column.name, cell);
                     return;
                 }
                 const [lo, hi] = column.kind === "input" ? column.input.type || [0, 1] : [0, data.maxDt];
@@ -416,11 +416,14 @@ const Grafsynth = (() => {
         react(values, dt) {
             this.rows.length = this.at;
             this.states.length = Math.floor(this.at / APART) + 1;
-            this.rows.push({ dt, values: values.slice() });
+            this.rows.push({ dt, values: values.slice(), time: this.time() + dt });
             this.machine.react(values, dt);
             this.at += 1;
             if (this.at % APART === 0) this.states.push(this.machine.save());
         }
+
+        // The ticks from the reset to the reaction that is shown.
+        time() { return this.at === 0 ? 0 : this.rows[this.at - 1].time; }
 
         // Shows a reaction of the past, or the last one.
         show(at) {

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The depth at which the operands of edges and the receptivities of earlier transitions are no longer followed.
-const DEEPEST: usize = 8;
+pub(crate) const DEEPEST: usize = 8;
 
 /// Reads a net in terms of its program.
 pub(crate) struct Waits<'a> {
