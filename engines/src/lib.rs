@@ -9,7 +9,8 @@
 //!
 //! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`,
 //! `galasm`, `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL simulated fuse by fuse, `verilog` the emitted Verilog run by
-//! Icarus Verilog, `js` the JavaScript of a page run by node, `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. Only this crate starts processes.
+//! Icarus Verilog, `js` the JavaScript of a page run by node, `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. Only this crate
+//! starts processes.
 
 mod arm;
 mod avr;

@@ -157,7 +157,7 @@
         box.classList.add("box");
         const [x, y, width, height] = ["x", "y", "width", "height"].map((name) => Number(box.getAttribute(name)));
         group.append(
-            shape("circle", { class: "token", cx: x + width / 2, cy: y + height - 7, r: 4 }),
+            shape("circle", { class: "token", cx: x + width / 2, cy: y + height - 6, r: 3.5 }),
             shape("text", { class: "time", x: x - 5, y: y + height - 4 }, ""),
         );
     }
@@ -169,7 +169,7 @@
         halo.setAttribute("class", "halo");
         group.prepend(halo);
         const [x, y] = [Math.min(Number(bar.getAttribute("x1")), Number(bar.getAttribute("x2"))), Number(bar.getAttribute("y1"))];
-        group.append(shape("text", { class: "sign", x: x + 10, y: y - 8 }, ""));
+        group.append(shape("text", { class: "sign", x: x + 9, y: y - 9 }, ""));
     }
 
     // The numbers of the items that one element of the drawing stands for: the instances of a macro are drawn once.
@@ -242,7 +242,8 @@
             for (const factor of factors[at]) {
                 const holds = factor.holds ? factor.holds(panel, dt, cells) : null;
                 if (holds === null) isKnown = false;
-                if (holds === 0) waits.push(reason(factor, cells));
+                // A step that is not active has no time yet.
+                if (holds === 0 && !(factor.time && missing.includes(factor.time[0]))) waits.push(reason(factor, cells));
             }
             const isReady = waits.length === 0 && isKnown && micro === null;
             return { state: isReady ? "ready" : missing.length === 0 ? "enabled" : "near", waits };
@@ -306,10 +307,18 @@
             return row;
         }
         const hold = make("button", { type: "button", "aria-label": clean(`hold ${input.name}`), title: "1 while it is held" }, "hold");
-        const release = () => set(input, 0);
-        hold.addEventListener("pointerdown", () => set(input, 1));
+        let isHeld = false;
+        const press = () => {
+            isHeld = true;
+            set(input, 1);
+        };
+        const release = () => {
+            if (isHeld) set(input, 0);
+            isHeld = false;
+        };
+        hold.addEventListener("pointerdown", press);
         for (const end of ["pointerup", "pointercancel", "pointerleave", "blur"]) hold.addEventListener(end, release);
-        hold.addEventListener("keydown", (event) => { if ([" ", "Enter"].includes(event.key) && !event.repeat) set(input, 1); });
+        hold.addEventListener("keydown", (event) => { if ([" ", "Enter"].includes(event.key) && !event.repeat) press(); });
         hold.addEventListener("keyup", (event) => { if ([" ", "Enter"].includes(event.key)) release(); });
         const toggle = make("button", { ...attributes, type: "button", class: "switch", role: "switch", "aria-checked": "false" }, "0");
         toggle.addEventListener("click", () => pressed(input));
@@ -365,7 +374,7 @@
                 result.text.textContent = value;
             } else {
                 result.lamp.classList.toggle("on", value === 1);
-                result.text.textContent = value === 1 ? "● on" : "○ off";
+                result.text.textContent = value === 1 ? "on" : "off";
             }
         }
     }
@@ -663,6 +672,9 @@
     fill("outputs", results.map(makeResult));
     fill("outline", outline(null));
     if (svg) {
+        // A drawing that is a little too wide is made smaller; a very wide one would be illegible, and is scrolled.
+        const [wide, room] = [Number(svg.getAttribute("width")), byId("drawing").clientWidth];
+        if (wide > room && wide * 0.6 <= room) byId("fit").setAttribute("aria-pressed", byId("drawing").classList.toggle("fit"));
         byId("legend").textContent = "● active · ▷ enabled, waits · ▶ fires in the next reaction · ✓ fired in this one";
     } else {
         // Without a drawing, the list of steps takes its place.

@@ -5,7 +5,10 @@
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
 
+use grafsynth_draw::{Options, layout};
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::net_trace;
+use grafsynth_driver::source::Sources;
 use grafsynth_engines::scratch::Scratch;
 use grafsynth_engines::{Availability, Engine as _, Job, JsEngine, js_traces, tools};
 use grafsynth_ir::Valid;
@@ -153,5 +156,90 @@ fn a_recorded_session_replays() {
         let page = page(&net, None, &Reference::default()).expect("a page");
         let expected = stimulus.to_csv(&net) + &net_trace(&net, &stimulus).to_csv();
         assert_eq!(run(&page, &stimulus.to_csv(&net), script), expected, "{name}");
+    }
+}
+
+/// A chart whose texts try to leave their places.
+const HOSTILE: &str = r#"chart h {
+    evolution stable
+    input a "</script><script>document.title='bad'</script>", b "{{name}} {{drawing}} \u{202E}evil <!-- <img src=x onerror=alert(1)> 😀"
+    extern action ring(int 0..9)
+    output Z "& &lt; ' \" 😀 lamp"
+    initial step s "]]></svg><script>document.title='bad'</script>" { Z }
+    step r "مرحبا" { entry { ring(3) }; code c "system()" }
+    s -> r when rise(a)
+    r -> s when b and r.t >= 20 ms
+}
+"#;
+
+/// The page of a chart with its drawing.
+fn drawn(name: &str, text: &str) -> String {
+    let mut sources = Sources::default();
+    let main = sources.add(name, text);
+    let (design, found) =
+        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+    let Some(Design::Net(design)) = design else { panic!("{name}: {found:#?}") };
+    let picture = design.chart.as_ref().and_then(|chart| layout(chart, &Options::default()).ok());
+    assert!(picture.is_some(), "{name} is drawn");
+    page(&design.net, picture.as_ref(), &reference(&design.net, 1000)).expect("a page")
+}
+
+#[test]
+fn a_page_is_small_and_runs_only_its_own_scripts() {
+    let truck = drawn("truck.graf", include_str!("../../examples/truck/truck.graf"));
+    assert!(truck.len() <= 120 * 1024, "{} bytes", truck.len());
+    let hostile = drawn("hostile.graf", &HOSTILE.replace("\\u{202E}", "\u{202E}"));
+    for page in [&truck, &hostile] {
+        assert_eq!(page.matches("<script").count(), 3, "data, engine and page");
+        assert_eq!(page.matches("</script").count(), 3);
+        assert_eq!(page.matches("<svg xmlns").count(), 1);
+        assert!(page.contains("content=\"default-src 'none'; script-src 'sha256-"));
+        for forbidden in
+            ["<img", "onerror=\"", "http://", "https://", "eval(", "innerHTML", "\u{202E}"]
+        {
+            let allowed = page.matches("http://www.w3.org/2000/svg").count();
+            let count =
+                page.matches(forbidden).count() - if forbidden == "http://" { allowed } else { 0 };
+            assert_eq!(count, 0, "{forbidden}");
+        }
+    }
+}
+
+/// In a browser: both pages start, repeat their reference, and no text of the chart becomes code.
+#[test]
+fn pages_start_in_a_browser() {
+    let Some(chromium) = tools::find(&["chromium", "chromium-browser", "google-chrome"]) else {
+        println!("skipped: chromium is not installed");
+        return;
+    };
+    let folder = Scratch::new().expect("a folder");
+    for (name, text) in [
+        ("truck", include_str!("../../examples/truck/truck.graf").to_owned()),
+        ("hostile", HOSTILE.replace("\\u{202E}", "\u{202E}")),
+    ] {
+        let path = folder.path().join(format!("{name}.html"));
+        fs::write(&path, drawn(&format!("{name}.graf"), &text)).expect("written");
+        let url = format!("file://{}", path.display());
+        let profile = format!("--user-data-dir={}", folder.path().join(name).display());
+        let arguments = [
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--virtual-time-budget=5000",
+            profile.as_str(),
+            "--dump-dom",
+            url.as_str(),
+        ];
+        let done = tools::run(&chromium, &arguments, folder.path(), b"", LIMIT).expect("it runs");
+        let shown = String::from_utf8(done.stdout).expect("text");
+        assert!(shown.contains("equal to the reference in 1000 reactions"), "{name}: {shown}");
+        assert!(shown.contains(if name == "truck" {
+            "<title>truck</title>"
+        } else {
+            "<title>h</title>"
+        }));
+        assert!(shown.contains("class=\"active\""), "{name}: the initial step is lit");
     }
 }
