@@ -138,6 +138,8 @@ pub(crate) enum Verb {
     Convert(Convert),
     /// Draw a Grafcet chart as a picture (.svg).
     Draw(Draw),
+    /// Write a page that shows the chart and runs it (.html).
+    Page(Page),
     /// Minimise a two-level logic table (.pla).
     Minimise(Minimise),
     /// Decode the trace ring of a running chart (`build --trace-ring`).
@@ -168,6 +170,7 @@ impl Verb {
             Verb::Compare(_) => "compare",
             Verb::Convert(_) => "convert",
             Verb::Draw(_) => "draw",
+            Verb::Page(_) => "page",
             Verb::Minimise(_) => "minimise",
             Verb::Trace(_) => "trace",
             Verb::Fmt(_) => "fmt",
@@ -602,7 +605,7 @@ pub(crate) struct Compare {
     pub(crate) map: Option<String>,
     #[command(flatten)]
     pub(crate) effort: Effort,
-    /// Run only these engines, comma-separated (default: all but the microcontrollers; `list` lists them).
+    /// Run only these engines, comma-separated (default: all but the microcontrollers and `js`; `list` lists them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
     /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd` or `.jsonl`: that of the chart or of the first design to this file,
@@ -633,6 +636,18 @@ pub(crate) struct Draw {
     #[arg(long)]
     pub(crate) words: bool,
     /// File to write; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
+    #[arg(long, short, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Page {
+    #[command(flatten)]
+    pub(crate) input: Input,
+    /// Write conditions in the drawing with words (`not a and b`) instead of the signs of Grafcet.
+    #[arg(long)]
+    pub(crate) words: bool,
+    /// File to write; `-` is standard output (default: STEM.html, where STEM is the name of the input file without its extension).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }
@@ -740,7 +755,7 @@ const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or 
                         charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
 
 /// The examples at the end of a verb's help, by verb.
-const EXAMPLES: [(&str, &str); 14] = [
+const EXAMPLES: [(&str, &str); 15] = [
     (
         "new",
         "  grafsynth new lamp                       # lamp/lamp.graf, .board, .csv and a Makefile
@@ -782,6 +797,11 @@ const EXAMPLES: [(&str, &str); 14] = [
         "draw",
         "  grafsynth draw plant.graf                # plant.svg, in the notation of IEC 60848
   grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words",
+    ),
+    (
+        "page",
+        "  grafsynth page plant.graf                # plant.html: open it, and press the inputs
+  grafsynth page plant.graf --words -o out/panel.html",
     ),
     (
         "minimise",

@@ -31,7 +31,7 @@ const LISTS: [List; 9] = [
     List {
         id: "from",
         options: &["--from"],
-        verbs: &["check", "build", "sim", "compare", "convert", "draw", "trace"],
+        verbs: &["check", "build", "sim", "compare", "convert", "draw", "page", "trace"],
         entries: formats,
     },
     List { id: "to", options: &["--to"], verbs: &["convert"], entries: written },

@@ -87,6 +87,7 @@ fn run(cli: &Cli, session: &mut Session) -> Result<Exit, Stop> {
         Verb::Compare(arguments) => verbs::compare::run(session, arguments),
         Verb::Convert(arguments) => verbs::convert::run(session, arguments),
         Verb::Draw(arguments) => verbs::draw::run(session, arguments),
+        Verb::Page(arguments) => verbs::page::run(session, arguments),
         Verb::Minimise(arguments) => verbs::minimise::run(session, arguments),
         Verb::Trace(arguments) => verbs::trace::run(session, arguments),
         Verb::Fmt(arguments) => verbs::fmt::run(session, arguments),
@@ -145,6 +146,10 @@ fn makes_standard_output(verb: &Verb) -> bool {
         Verb::Sim(arguments) => arguments.trace.is_none(),
         Verb::Convert(arguments) => is_dash(&arguments.output),
         Verb::Draw(arguments) => match &arguments.output {
+            Some(output) => is_dash(output),
+            None => arguments.input.file == "-",
+        },
+        Verb::Page(arguments) => match &arguments.output {
             Some(output) => is_dash(output),
             None => arguments.input.file == "-",
         },

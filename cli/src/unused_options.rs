@@ -81,6 +81,9 @@ fn rules(verb: &Verb) -> Vec<Rule> {
         Verb::Draw(arguments) => {
             of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
         }
+        Verb::Page(arguments) => {
+            of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
+        }
         Verb::Trace(arguments) => {
             let mut reading = arguments.reading.clone();
             reading.from = None;

@@ -26,7 +26,7 @@ const SITUATIONS: [&str; 12] = [
 ];
 
 /// The verbs, in the order of the table.
-const VERBS: [&str; 16] = [
+const VERBS: [&str; 17] = [
     "new",
     "check",
     "build",
@@ -35,6 +35,7 @@ const VERBS: [&str; 16] = [
     "compare",
     "convert",
     "draw",
+    "page",
     "minimise",
     "trace",
     "fmt",
@@ -148,6 +149,14 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("draw", 4, 2, "missing.graf -o out/good.svg"),
     ("draw", 5, 2, "good.graf -o good.graf/good.svg"),
     ("draw", 5, 2, "good.graf -o good.graf"),
+    ("page", 0, 0, "good.graf -o out/good.html"),
+    ("page", 1, 1, "bad.graf -o out/bad.html"),
+    ("page", 2, 1, "good.pld -o out/good.html"),
+    ("page", 3, 2, "good.graf --chart good"),
+    ("page", 4, 2, "missing.graf -o out/good.html"),
+    ("page", 5, 2, "good.graf -o good.graf/good.html"),
+    ("page", 5, 2, "good.graf -o good.graf"),
+    ("page", 9, 1, "warned.graf -o out/warned.html --deny warnings"),
     ("minimise", 0, 0, "good.pla"),
     ("minimise", 1, 1, "bad.pla"),
     ("minimise", 3, 2, "good.pla --budget 77"),

@@ -31,7 +31,7 @@ mod tracks;
 mod vertex;
 
 pub use picture::Picture;
-pub use svg::svg;
+pub use svg::{embedded, svg};
 
 use grafsynth_ir::chart::{Chart, Design};
 

@@ -32,11 +32,30 @@ const STYLE: &str = "\
 /// The drawing as an SVG file.
 #[must_use]
 pub fn svg(picture: &Picture) -> String {
+    let (width, height) = (picture.width, picture.height);
+    let head = format!(
+        "<style>\n{STYLE}</style>\n<rect class=\"bg\" width=\"{width}\" height=\"{height}\"/>\n"
+    );
+    let attributes = |element: &Element| {
+        let Element { id, span } = element;
+        format!("id=\"{}\" data-span=\"{}-{}\"", escape(id), span.start, span.end)
+    };
+    written(picture, &head, &attributes)
+}
+
+/// The drawing as an element of an HTML page, which has its own styles for the classes of the file. `key` names each element, in the attribute `data-element`.
+#[must_use]
+pub fn embedded(picture: &Picture, key: &dyn Fn(&Element) -> String) -> String {
+    written(picture, "", &|element| format!("data-element=\"{}\"", escape(&key(element))))
+}
+
+/// The drawing with `head` before its marks, and with these attributes on the group of each element.
+fn written(picture: &Picture, head: &str, attributes: &dyn Fn(&Element) -> String) -> String {
     let Picture { width, height, title, marks } = picture;
     let mut out = String::with_capacity(marks.len() * 80 + 2000);
     let _ = write!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" xml:space=\"preserve\">\n<title>{}</title>\n<style>\n{STYLE}</style>\n<rect class=\"bg\" width=\"{width}\" height=\"{height}\"/>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" xml:space=\"preserve\">\n<title>{}</title>\n{head}",
         escape(title)
     );
     let mut open: Option<&Element> = None;
@@ -47,13 +66,7 @@ pub fn svg(picture: &Picture) -> String {
             }
             open = mark.element.as_ref();
             if let Some(element) = open {
-                let _ = writeln!(
-                    out,
-                    "<g id=\"{}\" data-span=\"{}-{}\">",
-                    escape(&element.id),
-                    element.span.start,
-                    element.span.end
-                );
+                let _ = writeln!(out, "<g {}>", attributes(element));
             }
         }
         write_mark(&mut out, mark);

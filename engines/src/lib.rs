@@ -9,7 +9,8 @@
 //!
 //! `ir` is the reference simulator, `c` the emitted C compiled by the host's compiler, `equations` the circuit before any text, `palasm`, `cupl`,
 //! `galasm`, `blif` and `netlist` the emitted texts read back, `jedec` the fuse map of a GAL simulated fuse by fuse, `verilog` the emitted Verilog run by
-//! Icarus Verilog, `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. Only this crate starts processes.
+//! Icarus Verilog, `js` the JavaScript of a page run by node, `c-avr`, `c-arm` and `c-8051` the emitted C on a simulated microcontroller. Only this crate
+//! starts processes.
 
 mod arm;
 mod avr;
@@ -23,6 +24,7 @@ mod explorer;
 mod firmware;
 pub mod ice40;
 mod interpreted;
+mod js;
 pub mod measure;
 pub mod scratch;
 mod simavr;
@@ -43,6 +45,7 @@ pub use c8051::C8051Engine;
 pub use circuit::CircuitEngine;
 pub use device::DeviceEngine;
 pub use firmware::{Machine, Piece};
+pub use js::{JsEngine, js_traces};
 pub use verilog::VerilogEngine;
 
 /// The input of an engine.
@@ -136,6 +139,7 @@ pub fn all() -> Vec<Box<dyn Engine>> {
     engines.extend(CircuitEngine::ALL.map(|engine| Box::new(engine) as Box<dyn Engine>));
     engines.push(Box::new(DeviceEngine { device: None }));
     engines.push(Box::new(VerilogEngine));
+    engines.push(Box::new(JsEngine));
     engines.push(Box::new(AvrEngine::default()));
     engines.push(Box::new(ArmEngine::default()));
     engines.push(Box::new(C8051Engine::default()));

@@ -26,7 +26,7 @@ use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
 /// The crates whose sources are measured; the crate of the tests is not.
-const CRATES: [&str; 14] = [
+const CRATES: [&str; 15] = [
     "ir",
     "logic",
     "frontend",
@@ -38,6 +38,7 @@ const CRATES: [&str; 14] = [
     "backend-pld",
     "backend-template",
     "draw",
+    "page",
     "driver",
     "engines",
     "cli",

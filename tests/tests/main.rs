@@ -35,6 +35,7 @@ mod mutations;
 mod net_to_chart;
 mod open_cells;
 mod packages;
+mod page;
 mod program_vs_sim;
 mod regions;
 mod rewrite;

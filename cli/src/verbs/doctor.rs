@@ -4,7 +4,7 @@ use crate::exit::Exit;
 use grafsynth_engines::{Availability, tools};
 
 /// Programs, with what each of them enables.
-const TOOLS: [(&[&str], &str); 11] = [
+const TOOLS: [(&[&str], &str); 12] = [
     (
         &["cc", "gcc", "clang"],
         "engine c; `build` runs the emitted C and compares it with the chart",
@@ -18,6 +18,7 @@ const TOOLS: [(&[&str], &str); 11] = [
     (&["qemu-system-arm"], "engine c-arm: the emitted C on a Cortex-M3"),
     (&["sdcc"], "the emitted C for the 8051; engine c-8051, with s51"),
     (&["s51", "ucsim_51"], "engine c-8051: the emitted C on an 8051"),
+    (&["node", "nodejs"], "engine js: the JavaScript of `grafsynth page`"),
     (&["make"], "the Makefile of `grafsynth new`"),
 ];
 

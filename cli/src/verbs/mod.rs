@@ -20,6 +20,7 @@ pub(crate) mod fmt;
 pub(crate) mod manual;
 pub(crate) mod minimise;
 pub(crate) mod new;
+pub(crate) mod page;
 mod refit;
 pub(crate) mod sim;
 pub(crate) mod split;

@@ -1,0 +1,185 @@
+//! Everything that a page knows about its chart, as JSON.
+
+use crate::key;
+use crate::program::ProgramWriter;
+use crate::reference::Reference;
+use crate::waits::{DEEPEST, Waits};
+use grafsynth_ir::Valid;
+use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
+use grafsynth_ir::net::{
+    Driver, Evolution, Expr, InputKind, Net, Policy, PropertyLeaf, PropertyRole, StepKind,
+    TransitionKind,
+};
+use grafsynth_ir::program::{Origin, Program, ResetEffect};
+use grafsynth_ir::text::print_expr;
+use grafsynth_sim::{ColumnKind, MAX_DT, TraceLayout};
+use serde_json::{Value, json};
+
+/// The version of the data; `engine.js` accepts only its own.
+const VERSION: u32 = 1;
+
+/// The data of a net.
+///
+/// # Errors
+/// If the net has no bounded program.
+pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec<Diagnostic>> {
+    let additions = Additions { marks: true, ..Additions::default() };
+    let program = program_with(net, &ProgramOptions::default(), additions)?;
+    let writer = ProgramWriter::new(net, &program);
+    let waits = Waits::new(net, &program, &writer);
+    let settings = &net.settings;
+    let emergency = net.emergency.as_ref().and_then(|it| waits.expr(&it.condition, DEEPEST));
+    Ok(json!({
+        "version": VERSION,
+        "name": net.name.text,
+        "tick": settings.tick_ns,
+        "policy": policy(settings.policy),
+        "evolution": match settings.evolution {
+            Evolution::Single => "single".to_owned(),
+            Evolution::Stable { limit } => format!("stable, at most {limit} micro-steps"),
+        },
+        "maxDt": MAX_DT,
+        "program": program_json(&program, &writer),
+        "inputs": net.inputs.values().map(|input| json!({
+            "name": input.name.text,
+            "label": input.meta.label,
+            "kind": match input.kind {
+                InputKind::Pin => "pin",
+                InputKind::Extern => "condition",
+                InputKind::Event => "event",
+                InputKind::InternalEvent => "internal",
+            },
+            "type": ty(input.ty),
+        })).collect::<Vec<_>>(),
+        "outputs": net.outputs.values().map(|output| json!({
+            "name": output.name.text,
+            "label": output.meta.label,
+            "type": ty(output.ty),
+            "calls": matches!(output.driver, Driver::Extern { .. }),
+        })).collect::<Vec<_>>(),
+        "columns": columns(net, &waits),
+        "steps": steps(net, &waits),
+        "transitions": net.transitions.values().map(|transition| json!({
+            "name": transition.name.text,
+            "label": transition.meta.label,
+            "key": key(transition.meta.span),
+            "requires": transition.requires.iter().map(|step| step.index()).collect::<Vec<_>>(),
+            "waits": waits.factors(transition),
+            "moves": transition.kind == TransitionKind::Move,
+        })).collect::<Vec<_>>(),
+        "macros": net.macros.iter().map(|it| json!({
+            "key": key(it.meta.span),
+            "steps": it.steps.iter().map(|step| step.index()).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "timers": waits.timers(),
+        "assumptions": assumptions(net, &waits, &writer),
+        "emergency": emergency.map(|condition| writer.expr(&condition)),
+        "exclusive": settings.events_exclusive,
+        "reference": {
+            "stimulus": reference.stimulus,
+            "from": reference.from,
+            "hashes": reference.hashes,
+        },
+    }))
+}
+
+/// The assumptions about the inputs: the condition that is never true, as text and as an expression.
+fn assumptions(net: &Net, waits: &Waits<'_>, writer: &ProgramWriter<'_>) -> Vec<Value> {
+    let mut all = Vec::new();
+    for property in net.properties.iter().filter(|it| it.role == PropertyRole::Assume) {
+        let leaf = &mut |leaf: &PropertyLeaf, span| {
+            leaf.net().map(|leaf| Expr::leaf(*leaf, span)).ok_or(())
+        };
+        let array = &mut |leaf: &PropertyLeaf, _| leaf.net().copied().ok_or(());
+        let Ok(never) = property.never.try_map(leaf, array) else { continue };
+        if let Some(value) = waits.expr(&never, DEEPEST) {
+            all.push(json!({ "never": print_expr(net, &never), "value": writer.expr(&value) }));
+        }
+    }
+    all
+}
+
+fn policy(policy: Policy) -> &'static str {
+    match policy {
+        Policy::All => "all",
+        Policy::Priority => "priority",
+        Policy::PriorityAge => "priority-age",
+        Policy::InnerFirst => "inner-first",
+        Policy::OuterFirst => "outer-first",
+    }
+}
+
+/// The bounds of a type; null for a Boolean.
+fn ty(ty: Type) -> Option<[i64; 2]> {
+    match ty {
+        Type::Bool => None,
+        Type::Int { lo, hi } => Some([lo, hi]),
+    }
+}
+
+fn program_json(program: &Program, writer: &ProgramWriter<'_>) -> Value {
+    let effect = |effect: &ResetEffect| match effect {
+        ResetEffect::Call(output, arguments) => json!([output.index(), arguments]),
+        ResetEffect::Code(text) => json!([text.language]),
+    };
+    json!({
+        // Bounds, whether the cell is an array, and the values after reset.
+        "cells": program.cells.values().map(|cell| {
+            let (lo, hi) = cell.ty.bounds();
+            json!([lo, hi, i32::from(cell.len.is_some()), cell.init])
+        }).collect::<Vec<_>>(),
+        "temps": program.temps.len(),
+        "body": writer.list(&program.body),
+        "outputs": program.reset_outputs,
+        "effects": program.reset_effects.iter().map(effect).collect::<Vec<_>>(),
+        "fault": i32::from(program.reset_fault),
+    })
+}
+
+/// The columns of a trace: name, kind, and what the kind refers to.
+fn columns(net: &Net, waits: &Waits<'_>) -> Vec<Value> {
+    let columns = TraceLayout::of(net).columns;
+    let var = |var| waits.cell(Origin::Var(var));
+    let one = |kind: ColumnKind, name: &str| match kind {
+        ColumnKind::Scan => json!([name, "scan"]),
+        ColumnKind::Dt => json!([name, "dt"]),
+        ColumnKind::Input(input) => json!([name, "input", input.index()]),
+        ColumnKind::Steps => json!([name, "steps"]),
+        ColumnKind::Output(output) if net.outputs[output].is_extern() => {
+            json!([name, "count", output.index()])
+        }
+        ColumnKind::Output(output) => json!([name, "output", output.index()]),
+        ColumnKind::Calls(output) => json!([name, "calls", output.index()]),
+        ColumnKind::Var(id) => json!([name, "var", var(id), 0]),
+        ColumnKind::Element(id, element) => json!([name, "var", var(id), element]),
+        ColumnKind::Fault => json!([name, "fault"]),
+    };
+    columns.iter().map(|column| one(column.kind, &column.name)).collect()
+}
+
+fn steps(net: &Net, waits: &Waits<'_>) -> Vec<Value> {
+    let all = net.steps.iter().map(|(id, step)| {
+        json!({
+            "name": step.name.text,
+            "label": step.meta.label,
+            "key": key(step.meta.span),
+            "cell": waits.cell(Origin::Step(id)),
+            "time": waits.cell(Origin::Elapsed(id)),
+            "initial": step.is_initial,
+            "parent": step.parent.map(grafsynth_ir::Id::index),
+            "kind": match step.kind {
+                StepKind::Leaf => "step",
+                StepKind::Enclosing => "enclosing step",
+                StepKind::Composite => "state",
+                StepKind::Parallel => "parallel state",
+                StepKind::Final => "final state",
+            },
+            "hidden": step.hidden,
+            // Whether the column `steps` of a trace lists it.
+            "listed": !step.hidden && matches!(step.kind, StepKind::Leaf | StepKind::Enclosing | StepKind::Final),
+        })
+    });
+    all.collect()
+}

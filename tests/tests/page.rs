@@ -1,0 +1,245 @@
+//! Pages: their JavaScript compared with the simulator on random charts, and what a page contains.
+//!
+//! `PAGE_SEED=77 cargo test -p grafsynth-tests page::` runs one net and reports the difference.
+
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
+#![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
+
+use grafsynth_draw::{Options, layout};
+use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
+use grafsynth_driver::run::net_trace;
+use grafsynth_driver::source::Sources;
+use grafsynth_engines::scratch::Scratch;
+use grafsynth_engines::{Availability, Engine as _, Job, JsEngine, js_traces, tools};
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{Net, Policy};
+use grafsynth_page::{Cut, Reference, cut, page, reference};
+use grafsynth_sim::Stimulus;
+use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_tests::{chart, readable, rounds};
+use grafsynth_verify::structural_facts;
+use std::fs;
+use std::time::Duration;
+
+/// The number of rows of one stimulus.
+const ROWS: usize = 60;
+/// The number of nets that node runs in one start.
+const BATCH: usize = 25;
+const LIMIT: Duration = Duration::from_secs(120);
+
+fn node_is_here() -> bool {
+    let is_here = JsEngine.availability() == Availability::Here;
+    if !is_here {
+        assert!(std::env::var_os("CI").is_none(), "node is missing, and CI must have it");
+        println!("skipped: node is not installed");
+    }
+    is_here
+}
+
+/// The first row in which the trace of the page is not the simulator's, byte for byte; `None` if there is none. What follows an open cell is not compared.
+fn difference(net: &Valid<Net>, stimulus: &Stimulus, page: &str) -> Option<String> {
+    let expected = net_trace(net, stimulus);
+    let determined = expected.rows.iter().take_while(|row| row.open.is_empty()).count();
+    let expected = expected.to_csv();
+    let rows = expected.lines().zip(page.lines().chain(std::iter::repeat("(missing)")));
+    rows.take(determined + 1)
+        .find(|(expected, found)| expected != found)
+        .map(|(expected, found)| format!("expected {expected}\n   found {found}"))
+}
+
+fn stimulus(net: &Valid<Net>, seed: u64) -> Stimulus {
+    Stimulus::random(net, ROWS, seed, if seed.is_multiple_of(3) { 5 } else { 1 })
+}
+
+fn differs(net: &Valid<Net>, seed: u64) -> Option<String> {
+    let (stimulus, facts) = (stimulus(net, seed), structural_facts(net));
+    let traces = js_traces(&[Job { net, facts: &facts, stimulus: &stimulus }]);
+    match traces {
+        Ok(traces) => difference(net, &stimulus, traces.first().map_or("", String::as_str)),
+        Err(why) => Some(format!("{why:?}")),
+    }
+}
+
+fn check(policies: Vec<Policy>, quick: u64, deep: u64) {
+    if !node_is_here() {
+        return;
+    }
+    let features = Features { policies, ..Features::everything() };
+    let seeds: Vec<u64> = match std::env::var("PAGE_SEED").ok().and_then(|seed| seed.parse().ok()) {
+        Some(seed) => vec![seed],
+        None => (0..rounds(quick, deep)).collect(),
+    };
+    for batch in seeds.chunks(BATCH) {
+        let nets: Vec<_> = batch.iter().map(|seed| random_net(*seed, &features)).collect();
+        let stimuli: Vec<_> =
+            nets.iter().zip(batch).map(|(net, seed)| stimulus(net, *seed)).collect();
+        let facts: Vec<_> = nets.iter().map(|net| structural_facts(net)).collect();
+        let jobs = nets.iter().zip(&stimuli).zip(&facts);
+        let jobs: Vec<Job<'_>> =
+            jobs.map(|((net, stimulus), facts)| Job { net, facts, stimulus }).collect();
+        let traces = js_traces(&jobs).expect("node runs the pages");
+        for ((net, seed), (stimulus, trace)) in
+            nets.iter().zip(batch).zip(stimuli.iter().zip(&traces))
+        {
+            if difference(net, stimulus, trace).is_none() {
+                continue;
+            }
+            let small = shrink(net, |net| differs(net, *seed).is_some());
+            let found = differs(&small, *seed).unwrap_or_default();
+            panic!("seed {seed}: {found}\n{}", readable(&small));
+        }
+    }
+}
+
+#[test]
+fn grafcet_pages_run_like_the_simulator() {
+    check(vec![Policy::All, Policy::Priority, Policy::PriorityAge], 100, 3_000);
+}
+
+#[test]
+fn statechart_pages_run_like_the_simulator() {
+    check(vec![Policy::InnerFirst, Policy::OuterFirst], 100, 3_000);
+}
+
+/// Runs a script after the engine of a page, in a folder that contains its data as `data.json` and a stimulus as `stimulus.csv`; returns what it prints.
+fn run(page: &str, stimulus: &str, script: &str) -> String {
+    let folder = Scratch::new().expect("a folder");
+    let engine = cut(page, Cut::Engine).expect("an engine");
+    let write =
+        |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    write("run.js", &format!("{engine}\n{script}"));
+    write("data.json", cut(page, Cut::Data).expect("data"));
+    write("stimulus.csv", stimulus);
+    let node = tools::find(&["node", "nodejs"]).expect("node");
+    let done = tools::run(&node, &["run.js"], folder.path(), b"", LIMIT).expect("it runs");
+    assert!(done.is_success, "{}", done.stderr);
+    String::from_utf8(done.stdout).expect("text")
+}
+
+#[test]
+fn a_page_repeats_its_reference_and_notices_a_difference() {
+    if !node_is_here() {
+        return;
+    }
+    let script = include_str!("page_scripts/repeat.js");
+    let features = Features {
+        policies: vec![Policy::All, Policy::PriorityAge, Policy::InnerFirst],
+        ..Features::everything()
+    };
+    for seed in 0..6 {
+        let net = random_net(seed, &features);
+        let reference = reference(&net, 200);
+        let page = page(&net, None, &reference).expect("a page");
+        let compared = reference.hashes.iter().flatten().count();
+        assert_eq!(
+            run(&page, "", script),
+            format!("{compared} equal, spoiled: found\n"),
+            "seed {seed}"
+        );
+    }
+}
+
+/// Sessions on the panel: the recording gives the same rows, whatever was looked at in between.
+#[test]
+fn a_recorded_session_replays() {
+    if !node_is_here() {
+        return;
+    }
+    let script = include_str!("page_scripts/session.js");
+    for (name, text) in [
+        ("truck.graf", include_str!("../../examples/truck/truck.graf")),
+        ("oven.graf", include_str!("../../examples/microwave/oven.graf")),
+        ("supervisor.scxml", include_str!("../../examples/supervisor/supervisor.scxml")),
+    ] {
+        let net = chart(name, text);
+        let stimulus = Stimulus::random(&net, 300, 5, 3);
+        let page = page(&net, None, &Reference::default()).expect("a page");
+        let expected = stimulus.to_csv(&net) + &net_trace(&net, &stimulus).to_csv();
+        assert_eq!(run(&page, &stimulus.to_csv(&net), script), expected, "{name}");
+    }
+}
+
+/// A chart whose texts try to leave their places.
+const HOSTILE: &str = r#"chart h {
+    evolution stable
+    input a "</script><script>document.title='bad'</script>", b "{{name}} {{drawing}} \u{202E}evil <!-- <img src=x onerror=alert(1)> 😀"
+    extern action ring(int 0..9)
+    output Z "& &lt; ' \" 😀 lamp"
+    initial step s "]]></svg><script>document.title='bad'</script>" { Z }
+    step r "مرحبا" { entry { ring(3) }; code c "system()" }
+    s -> r when rise(a)
+    r -> s when b and r.t >= 20 ms
+}
+"#;
+
+/// The page of a chart with its drawing.
+fn drawn(name: &str, text: &str) -> String {
+    let mut sources = Sources::default();
+    let main = sources.add(name, text);
+    let (design, found) =
+        read(&sources, &Texts { main, ..Texts::default() }, ReadLimits::default());
+    let Some(Design::Net(design)) = design else { panic!("{name}: {found:#?}") };
+    let picture = design.chart.as_ref().and_then(|chart| layout(chart, &Options::default()).ok());
+    assert!(picture.is_some(), "{name} is drawn");
+    page(&design.net, picture.as_ref(), &reference(&design.net, 1000)).expect("a page")
+}
+
+#[test]
+fn a_page_is_small_and_runs_only_its_own_scripts() {
+    let truck = drawn("truck.graf", include_str!("../../examples/truck/truck.graf"));
+    assert!(truck.len() <= 120 * 1024, "{} bytes", truck.len());
+    let hostile = drawn("hostile.graf", &HOSTILE.replace("\\u{202E}", "\u{202E}"));
+    for page in [&truck, &hostile] {
+        assert_eq!(page.matches("<script").count(), 3, "data, engine and page");
+        assert_eq!(page.matches("</script").count(), 3);
+        assert_eq!(page.matches("<svg xmlns").count(), 1);
+        assert!(page.contains("content=\"default-src 'none'; script-src 'sha256-"));
+        for forbidden in
+            ["<img", "onerror=\"", "http://", "https://", "eval(", "innerHTML", "\u{202E}"]
+        {
+            let allowed = page.matches("http://www.w3.org/2000/svg").count();
+            let count =
+                page.matches(forbidden).count() - if forbidden == "http://" { allowed } else { 0 };
+            assert_eq!(count, 0, "{forbidden}");
+        }
+    }
+}
+
+/// In a browser: both pages start, repeat their reference, and no text of the chart becomes code.
+#[test]
+fn pages_start_in_a_browser() {
+    let Some(chromium) = tools::find(&["chromium", "chromium-browser", "google-chrome"]) else {
+        println!("skipped: chromium is not installed");
+        return;
+    };
+    let folder = Scratch::new().expect("a folder");
+    for (name, text) in [
+        ("truck", include_str!("../../examples/truck/truck.graf").to_owned()),
+        ("hostile", HOSTILE.replace("\\u{202E}", "\u{202E}")),
+    ] {
+        let path = folder.path().join(format!("{name}.html"));
+        fs::write(&path, drawn(&format!("{name}.graf"), &text)).expect("written");
+        let url = format!("file://{}", path.display());
+        let profile = format!("--user-data-dir={}", folder.path().join(name).display());
+        let arguments = [
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--virtual-time-budget=5000",
+            profile.as_str(),
+            "--dump-dom",
+            url.as_str(),
+        ];
+        let done = tools::run(&chromium, &arguments, folder.path(), b"", LIMIT).expect("it runs");
+        let shown = String::from_utf8(done.stdout).expect("text");
+        assert!(shown.contains("equal to the reference in 1000 reactions"), "{name}: {shown}");
+        assert!(shown.contains(if name == "truck" {
+            "<title>truck</title>"
+        } else {
+            "<title>h</title>"
+        }));
+        assert!(shown.contains("class=\"active\""), "{name}: the initial step is lit");
+    }
+}

@@ -1,0 +1,15 @@
+// Repeats the reference run of a page; then spoils one constant hash, and expects that this is found.
+const data = JSON.parse(require("fs").readFileSync("data.json", "utf8"));
+const run = (what) => {
+    const steps = Grafsynth.repeat(what);
+    for (;;) {
+        const { done, value } = steps.next();
+        if (done) return value;
+    }
+};
+const clean = run(data);
+const at = data.reference.hashes.findLastIndex((hash) => hash !== null);
+data.reference.hashes[at] ^= 1;
+const spoiled = run(data);
+const found = spoiled.different === at + 1 ? "found" : `missed (${spoiled.different})`;
+console.log(clean.different === null ? `${clean.compared} equal, spoiled: ${found}` : `different in reaction ${clean.different}: ${clean.row}`);
