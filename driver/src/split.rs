@@ -12,7 +12,7 @@ mod file;
 mod link;
 
 pub use file::{Written, read, write};
-pub use link::link;
+pub use link::{Linked, link, link_on_host};
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};

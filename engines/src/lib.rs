@@ -26,6 +26,7 @@ mod interpreted;
 pub mod measure;
 pub mod scratch;
 mod simavr;
+mod split;
 pub mod tested;
 pub mod tools;
 mod unread_inputs;
@@ -43,6 +44,7 @@ pub use c8051::C8051Engine;
 pub use circuit::CircuitEngine;
 pub use device::DeviceEngine;
 pub use firmware::{Machine, Piece};
+pub use split::{OfCpu, SplitEngine};
 pub use verilog::VerilogEngine;
 
 /// The input of an engine.
