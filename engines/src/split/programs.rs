@@ -223,6 +223,10 @@ pub(super) const SIMAVR: &str = r#"#include <simavr/sim_avr.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
+
+/* The simulator prints on the standard output, which is that of errors here. */
+static FILE *messages;
 
 static uint32_t message(int kind, uint32_t at, uint32_t value, int is_question)
 {
@@ -231,11 +235,11 @@ static uint32_t message(int kind, uint32_t at, uint32_t value, int is_question)
         bytes[1 + i] = (uint8_t)(at >> (8 * i));
         bytes[5 + i] = (uint8_t)(value >> (8 * i));
     }
-    fwrite(bytes, 1, 9, stdout);
+    fwrite(bytes, 1, 9, messages);
     if (!is_question) {
         return 0;
     }
-    fflush(stdout);
+    fflush(messages);
     if (fread(bytes, 1, 4, stdin) != 4) {
         exit(3);
     }
@@ -289,6 +293,10 @@ int main(int argc, char **argv)
 {
     static elf_firmware_t firmware;
     static struct port ports[8];
+    messages = fdopen(dup(STDOUT_FILENO), "wb");
+    if (messages == NULL || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) {
+        return 2;
+    }
     if (argc < 6 || argc > 14 || elf_read_firmware(argv[2], &firmware) != 0) {
         return 2;
     }
@@ -324,7 +332,7 @@ int main(int argc, char **argv)
     while (state != cpu_Done && state != cpu_Crashed) {
         state = avr_run(avr);
     }
-    fflush(stdout);
+    fflush(messages);
     return state == cpu_Done ? 0 : 1;
 }
 "#;
