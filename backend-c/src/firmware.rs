@@ -70,7 +70,7 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
             chart.push(Node::directive(format!("#include \"{stem}_user.h\"")));
         }
         chart.push(Node::blank());
-        chart.extend(run(net, &package.interface));
+        chart.extend(run(net, &package.interface, None));
         let chart = Writer::write(&chart).0;
         text.push_str(&if all.len() > 1 { renamed(net, package, &chart) } else { chart });
         main.push(Node::line(format!("{prefix}_run();")));
@@ -95,15 +95,60 @@ pub fn renamed(net: &Valid<Net>, package: &Package, text: &str) -> String {
     format!("{before}{text}{after}")
 }
 
+/// How the C of a link calls the part of a chart on a CPU, together with its chips.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinkCalls {
+    /// The prefix of the link: NAME in `NAME_link_round`.
+    pub name: String,
+    /// The members of `NAME_link_in_t`, with the types of the inputs.
+    pub members: Vec<(String, Type)>,
+    /// The type of the parameter `dt`, if there is one.
+    pub dt: Option<String>,
+}
+
+/// The `main` of the part of a chart on a CPU, which makes each reaction through its link. The stimulus of a reaction has the members of `NAME_link_in_t`, then the
+/// extern conditions of the part; the response is that of the part, as in [`firmware`].
+#[must_use]
+pub fn linked(net: &Valid<Net>, package: &Package, calls: &LinkCalls) -> String {
+    let mut nodes = vec![
+        Node::comment(format!("{}: runs with its chips.", net.name)),
+        Node::directive(format!("#include \"{PORT}\"")),
+        Node::directive("#include <stdbool.h>"),
+        Node::directive(format!("#include \"{}_link.h\"", calls.name)),
+    ];
+    if package.interface.has_library {
+        nodes.push(Node::directive(format!("#include \"{}_user.h\"", package.stem())));
+    }
+    nodes.push(Node::blank());
+    nodes.extend(bytes());
+    nodes.extend(run(net, &package.interface, Some(calls)));
+    let mut main = vec![Node::line("bench_begin();")];
+    for helper in ["bench_send", "bench_receive", "bench_fill"] {
+        main.push(Node::line(format!("(void){helper};")));
+    }
+    let prefix = &package.interface.names.prefix;
+    main.extend([
+        Node::line(format!("{prefix}_run();")),
+        Node::line("bench_end();"),
+        Node::line("return 0;"),
+    ]);
+    nodes.push(Node::function("int main(void)", main));
+    Writer::write(&nodes).0
+}
+
 /// The user's functions and `NAME_run`, which responds until its stimulus ends.
-fn run(net: &Net, interface: &Interface) -> Vec<Node> {
+fn run(net: &Net, interface: &Interface, link: Option<&LinkCalls>) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = library(net, interface);
     nodes.extend(callbacks(interface));
     let mut body = Vec::new();
+    let structure = match link {
+        Some(link) => format!("static {}_link_in_t in;", link.name),
+        None => format!("static {prefix}_in_t in;"),
+    };
     for (has, declaration) in [
         (interface.has_instance, format!("static {prefix}_t self;")),
-        (interface.has_in, format!("static {prefix}_in_t in;")),
+        (link.map_or(interface.has_in, |link| !link.members.is_empty()), structure),
         (interface.has_out, format!("static {prefix}_out_t out;")),
     ] {
         if has {
@@ -119,24 +164,49 @@ fn run(net: &Net, interface: &Interface) -> Vec<Node> {
             );
         }
     }
-    body.push(Node::line(format!("{prefix}_init({});", arguments(interface, false))));
+    let init = match link {
+        Some(link) => format!("{}_link_init({});", link.name, arguments(interface, false)),
+        None => format!("{prefix}_init({});", arguments(interface, false)),
+    };
+    body.push(Node::line(init));
     let mut round = row(net, interface);
     round.push(Node::when("bench_get() != 1U", vec![Node::line("break;")]));
     round.push(Node::line("bench_receive(&dt, 4U);"));
-    round.extend(inputs(net, interface));
-    if let Some(ticks) = interface.ticks {
-        let (name, most) = (ticks.name(), ticks.max());
-        round.extend(scope(vec![
-            Node::line(format!("const {name} ticks = ({name})((dt > {most}UL) ? {most}UL : dt);")),
-            Node::line(format!("{prefix}_step({});", arguments(interface, true))),
-        ]));
+    if let Some(link) = link {
+        round.extend(link.members.iter().map(|(name, ty)| received(&format!("in.{name}"), *ty)));
+        round.extend(conditions(net, interface));
+        round.extend(linked_round(interface, link));
     } else {
-        round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));
+        round.extend(inputs(net, interface));
+        round.extend(step(interface));
     }
     body.push(Node::block("for (;;)", round));
     nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
     nodes.push(Node::blank());
     nodes
+}
+
+/// The call of `NAME_step`.
+fn step(interface: &Interface) -> Vec<Node> {
+    let prefix = &interface.names.prefix;
+    let call = Node::line(format!("{prefix}_step({});", arguments(interface, true)));
+    let Some(ticks) = interface.ticks else { return vec![call] };
+    let (name, most) = (ticks.name(), ticks.max());
+    let clip = format!("const {name} ticks = ({name})((dt > {most}UL) ? {most}UL : dt);");
+    scope(vec![Node::line(clip), call]).to_vec()
+}
+
+/// The call of `NAME_link_round`.
+fn linked_round(interface: &Interface, link: &LinkCalls) -> Vec<Node> {
+    let ticks = link.dt.as_ref().map(|ty| format!("({ty})dt"));
+    let all = [
+        interface.has_instance.then(|| "&self".to_owned()),
+        (!link.members.is_empty()).then(|| "&in".to_owned()),
+        ticks,
+        interface.has_out.then(|| "&out".to_owned()),
+    ];
+    let arguments = all.into_iter().flatten().join(", ");
+    vec![Node::line(format!("{}_link_round({arguments});", link.name))]
 }
 
 /// Input and output of numbers of any width.
@@ -281,23 +351,38 @@ fn row(net: &Net, interface: &Interface) -> Vec<Node> {
     nodes
 }
 
+/// The statement that receives a value.
+fn received(place: &str, ty: Type) -> Node {
+    Node::line(if ty.is_bool() {
+        format!("{place} = bench_get() != 0U;")
+    } else {
+        format!("bench_receive(&{place}, (uint8_t)sizeof {place});")
+    })
+}
+
 /// The code that receives the inputs of one reaction.
 fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
     let mut nodes = Vec::new();
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
         let name = &interface.names.inputs[id];
-        let place = if input.kind == InputKind::Extern {
-            format!("{}_stimulus_{name}", interface.names.prefix)
-        } else {
-            format!("in.{name}")
-        };
-        nodes.push(Node::line(if input.kind != InputKind::Extern && input.ty.is_bool() {
-            interface.names.io.put(Structure::Local("in"), name, id, "bench_get() != 0U")
+        nodes.push(if input.kind == InputKind::Extern {
+            condition(name, input.ty, interface)
         } else if input.ty.is_bool() {
-            format!("{place} = bench_get() != 0U;")
+            let put = interface.names.io.put(Structure::Local("in"), name, id, "bench_get() != 0U");
+            Node::line(put)
         } else {
-            format!("bench_receive(&{place}, (uint8_t)sizeof {place});")
-        }));
+            received(&format!("in.{name}"), input.ty)
+        });
     }
     nodes
+}
+
+/// The code that receives the extern conditions of one reaction.
+fn conditions(net: &Net, interface: &Interface) -> Vec<Node> {
+    let all = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+    all.map(|(id, it)| condition(&interface.names.inputs[id], it.ty, interface)).collect()
+}
+
+fn condition(name: &str, ty: Type, interface: &Interface) -> Node {
+    received(&format!("{}_stimulus_{name}", interface.names.prefix), ty)
 }

@@ -557,6 +557,9 @@ pub(crate) struct Sim {
     /// Engine (`list` lists the engines).
     #[arg(long, short, value_name = "ENGINE", default_value = "ir")]
     pub(crate) engine: String,
+    /// Partition file (STEM.split of `split`), for the engines `split` and `split-mcu`.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) with: Option<String>,
     /// Write the trace to this file, as `.csv`, `.vcd` or `.jsonl` (default: CSV on standard output).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
@@ -608,6 +611,9 @@ pub(crate) struct Compare {
     /// Run only these engines, comma-separated (default: all but the microcontrollers and `js`; `list` lists them).
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     pub(crate) engines: Vec<String>,
+    /// Partition file (STEM.split of `split`), for the engines `split` and `split-mcu`.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) with: Option<String>,
     /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd` or `.jsonl`: that of the chart or of the first design to this file,
     /// that of the engine or of the second design to FILE-2; further differences to FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]

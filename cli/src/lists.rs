@@ -4,6 +4,7 @@ use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::languages::{LANGUAGES, Language};
 use grafsynth_driver::split::CPUS;
 use grafsynth_driver::target::{self, Target};
+use grafsynth_engines::OfCpu;
 use grafsynth_ir::diag::nearest;
 
 /// An option with a list of values, and the verbs that accept it.
@@ -102,7 +103,9 @@ fn machines() -> Vec<(String, String)> {
 
 fn engines() -> Vec<(String, String)> {
     let all = grafsynth_engines::all();
-    all.iter().map(|it| (it.name().to_owned(), it.about().to_owned())).collect()
+    let plain = all.iter().map(|it| (it.name(), it.about()));
+    let of_splits = OfCpu::ALL.iter().map(|it| (it.name(), it.about()));
+    plain.chain(of_splits).map(|(name, about)| (name.to_owned(), about.to_owned())).collect()
 }
 
 fn formats() -> Vec<(String, String)> {

@@ -7,6 +7,7 @@ use clap::CommandFactory as _;
 use clap::parser::ValueSource;
 use grafsynth_driver::languages::{GRAF, Language};
 use grafsynth_driver::target::Target;
+use grafsynth_engines::OfCpu;
 
 /// An option, what uses it, and whether the command uses it.
 struct Rule {
@@ -210,8 +211,12 @@ fn of_sim(arguments: &Sim) -> Vec<Rule> {
         taker: "engines that run C",
         is_taken: runs_c && files.any_chart(),
     });
+    let is_taken = OfCpu::named(&arguments.engine).is_some();
+    rules.push(Rule { option: "with", taker: OF_SPLITS, is_taken });
     rules
 }
+
+const OF_SPLITS: &str = "the engines split and split-mcu";
 
 fn of_compare(arguments: &Compare) -> Vec<Rule> {
     let files = Files::of(&arguments.inputs.files, &arguments.inputs.reading);
@@ -220,6 +225,8 @@ fn of_compare(arguments: &Compare) -> Vec<Rule> {
     let mut rules = of_reading(&files);
     let one = "one design that all engines run, not for several designs";
     rules.push(rule("engines", one, is_one));
+    let has_split = arguments.engines.iter().any(|name| OfCpu::named(name).is_some());
+    rules.push(rule("with", OF_SPLITS, has_split && is_one));
     let is_c = |file: &String| file.to_lowercase().ends_with(".c");
     let runs_c = is_one || arguments.inputs.files.iter().any(is_c);
     let taker = "C that is compiled: that of one design, or edited C";

@@ -83,7 +83,8 @@ fn chip_trace<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, stimulus: &Stimulu
     trace
 }
 
-fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> Row {
+/// The row that a simulated chip shows, for these inputs.
+pub fn chip_row<S: Parts>(net: &Net, chip: &mut ChipSim<'_, S>, input: InputRow) -> Row {
     let mut row = Row::zero(net);
     row.dt = input.dt;
     row.inputs = input.values;

@@ -13,7 +13,7 @@ mod link;
 mod search;
 
 pub use file::{Written, read, write};
-pub use link::{Linked, Round, link, rounded};
+pub use link::{Linked, Round, link, link_on_host, rounded};
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};

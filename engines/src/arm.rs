@@ -141,6 +141,22 @@ SECTIONS
 }
 ";
 
+/// The arguments of qemu.
+pub(crate) const QEMU: [&str; 12] = [
+    "-M",
+    "mps2-an385",
+    "-display",
+    "none",
+    "-monitor",
+    "none",
+    "-serial",
+    "none",
+    "-semihosting-config",
+    "enable=on,target=native",
+    "-kernel",
+    "chart.elf",
+];
+
 impl Engine for ArmEngine {
     fn name(&self) -> &'static str {
         "c-arm"
@@ -192,21 +208,7 @@ impl Machine for ArmEngine {
         ];
         arguments.extend(bench.sources.iter().map(String::as_str));
         bench.compile(&["arm-none-eabi-gcc"], &arguments, "a Cortex-M3 with 4 MB")?;
-        let arguments = [
-            "-M",
-            "mps2-an385",
-            "-display",
-            "none",
-            "-monitor",
-            "none",
-            "-serial",
-            "none",
-            "-semihosting-config",
-            "enable=on,target=native",
-            "-kernel",
-            "chart.elf",
-        ];
-        let run = bench.start(&["qemu-system-arm"], &arguments)?;
+        let run = bench.start(&["qemu-system-arm"], &QEMU)?;
         if !run.is_success {
             return Err(EngineError::Failed(format!(
                 "qemu ended with {} {}",

@@ -109,10 +109,8 @@ impl Engine for AvrEngine {
             Availability::Missing("avr-gcc".to_owned())
         } else if tools::c_compiler().is_none() {
             Availability::Missing("a C compiler".to_owned())
-        } else if !Path::new("/usr/include/simavr/sim_avr.h").is_file()
-            && !Path::new("/usr/local/include/simavr/sim_avr.h").is_file()
-        {
-            Availability::Missing("libsimavr (Debian: libsimavr-dev)".to_owned())
+        } else if !simavr::is_here() {
+            Availability::Missing(simavr::LIBRARY.to_owned())
         } else {
             Availability::Here
         }
@@ -162,7 +160,7 @@ impl Machine for AvrEngine {
 }
 
 /// Bytes of `.data` and `.bss` in the output of `size`.
-fn ram(printed: &[u8]) -> Option<usize> {
+pub(crate) fn ram(printed: &[u8]) -> Option<usize> {
     let text = String::from_utf8_lossy(printed);
     let mut numbers = text.lines().nth(1)?.split_whitespace().skip(1);
     let data: usize = numbers.next()?.parse().ok()?;

@@ -69,10 +69,7 @@ pub trait Machine: Engine {
 impl Bench {
     /// Writes all files that a compiler and a machine need. Several charts are called `n0`, `n1` and so on.
     pub(crate) fn new(pieces: &[Piece<'_>], port: &str) -> Result<Self, EngineError> {
-        let folder = Scratch::new().map_err(|error| {
-            EngineError::Failed(format!("cannot create a temporary folder: {error}"))
-        })?;
-        let mut bench = Bench { folder, sources: Vec::new(), prefixes: Vec::new() };
+        let mut bench = Bench { folder: scratch()?, sources: Vec::new(), prefixes: Vec::new() };
         let mut packages = Vec::new();
         for (at, piece) in pieces.iter().enumerate() {
             let mut options = Options { stem: Some(stem(at)), ..piece.options.clone() };
@@ -107,6 +104,20 @@ impl Bench {
             .flat_map(|piece| stimulus_bytes(piece.job.net, piece.job.stimulus))
             .collect();
         bench.write(STIMULUS, &stimuli)?;
+        Ok(bench)
+    }
+
+    /// A folder with these files; those that end in `.c` are the sources.
+    pub(crate) fn of_files<'f>(
+        files: impl IntoIterator<Item = (&'f str, &'f str)>,
+    ) -> Result<Self, EngineError> {
+        let mut bench = Bench { folder: scratch()?, sources: Vec::new(), prefixes: Vec::new() };
+        for (name, text) in files {
+            bench.write(name, text.as_bytes())?;
+            if name.ends_with(".c") {
+                bench.sources.push(name.to_owned());
+            }
+        }
         Ok(bench)
     }
 
@@ -186,6 +197,11 @@ impl Bench {
     }
 }
 
+fn scratch() -> Result<Scratch, EngineError> {
+    Scratch::new()
+        .map_err(|error| EngineError::Failed(format!("cannot create a temporary folder: {error}")))
+}
+
 /// Reports that a chart needs more memory than the machine has.
 pub(crate) fn too_large_for(machine: &str) -> Diagnostic {
     Diagnostic::error(
@@ -247,8 +263,8 @@ fn trace(
     Ok(trace)
 }
 
-struct Reader<'a> {
-    bytes: &'a [u8],
+pub(crate) struct Reader<'a> {
+    pub(crate) bytes: &'a [u8],
 }
 
 impl Reader<'_> {
@@ -272,7 +288,12 @@ impl Reader<'_> {
 }
 
 /// One row; `None` if bytes are missing or refer to an action that does not exist.
-fn row(net: &Net, steps: &[StepId], input: &InputRow, reader: &mut Reader<'_>) -> Option<Row> {
+pub(crate) fn row(
+    net: &Net,
+    steps: &[StepId],
+    input: &InputRow,
+    reader: &mut Reader<'_>,
+) -> Option<Row> {
     let mut row = Row::zero(net);
     row.dt = input.dt;
     row.inputs.clone_from(&input.values);

@@ -52,6 +52,7 @@ impl Engine for JsEngine {
 ///
 /// # Errors
 /// A net has no page, or node fails.
+#[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
 pub fn js_traces(jobs: &[Job<'_>]) -> Result<Vec<String>, EngineError> {
     let Some(node) = tools::find(&["node", "nodejs"]) else {
         return Err(EngineError::Failed("node is not installed".to_owned()));

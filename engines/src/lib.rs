@@ -28,6 +28,7 @@ mod js;
 pub mod measure;
 pub mod scratch;
 mod simavr;
+mod split;
 pub mod tested;
 pub mod tools;
 mod unread_inputs;
@@ -46,6 +47,7 @@ pub use circuit::CircuitEngine;
 pub use device::DeviceEngine;
 pub use firmware::{Machine, Piece};
 pub use js::{JsEngine, js_traces};
+pub use split::{OfCpu, SplitEngine};
 pub use verilog::VerilogEngine;
 
 /// The input of an engine.

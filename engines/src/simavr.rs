@@ -1,6 +1,7 @@
 //! The common part of the host programs around the library libsimavr. Each program adds its own `main`.
 
 use crate::c;
+use std::path::Path;
 
 /// A machine with a firmware, which reads the next byte of a stimulus from GPIOR1 and writes one byte of the answer to GPIOR0.
 const MACHINE: &str = r#"#include <simavr/sim_avr.h>
@@ -52,6 +53,16 @@ static avr_t *machine(char **argv)
 }
 
 "#;
+
+/// Whether libsimavr is installed.
+pub(crate) fn is_here() -> bool {
+    ["/usr/include", "/usr/local/include"]
+        .iter()
+        .any(|folder| Path::new(folder).join("simavr/sim_avr.h").is_file())
+}
+
+/// What is missing if libsimavr is not installed.
+pub(crate) const LIBRARY: &str = "libsimavr (Debian: libsimavr-dev)";
 
 /// Compiles a host with this `main`.
 ///

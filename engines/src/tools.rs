@@ -1,8 +1,10 @@
 //! Finds programs and runs them. Outside tests, only this module and `explorer` start processes.
 
-use std::io::{Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -99,6 +101,97 @@ pub fn run(
         is_success: status.success(),
         ending: status.to_string(),
     })
+}
+
+/// A question or report of a program that [`converse`] runs: one byte and two numbers of four bytes, the low byte first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Message {
+    pub(crate) kind: u8,
+    pub(crate) at: u32,
+    pub(crate) value: u32,
+}
+
+/// Runs a program that sends messages on its standard output, and sends it the answers: numbers of four bytes.
+///
+/// # Errors
+/// In the user's terms: the program cannot be started, is stopped after `limit`, does not end normally, or `answer` refuses a message.
+pub(crate) fn converse(
+    program: &Path,
+    arguments: &[&str],
+    folder: &Path,
+    limit: Duration,
+    answer: impl FnMut(Message) -> Result<Option<u32>, String>,
+) -> Result<(), String> {
+    let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
+    let mut child = Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{shown} cannot be started: {error}"))?;
+    let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+    let (Some(stdin), Some(stdout)) = (stdin, stdout) else {
+        return Err(format!("cannot connect to {shown}"));
+    };
+    let child = Mutex::new(child);
+    let kill = || {
+        if let Ok(mut child) = child.lock() {
+            // A program that has ended cannot be stopped, which is no error.
+            let _ = child.kill();
+        }
+    };
+    let (outcome, is_late, stderr) = thread::scope(|scope| {
+        let errors = scope.spawn(move || read_all(stderr));
+        let (finished, watched) = mpsc::channel::<()>();
+        let watch = scope.spawn(move || {
+            let is_late = watched.recv_timeout(limit) == Err(RecvTimeoutError::Timeout);
+            if is_late {
+                kill();
+            }
+            is_late
+        });
+        let outcome = exchange(stdin, BufReader::new(stdout), answer);
+        if outcome.is_err() {
+            kill();
+        }
+        drop(finished);
+        (outcome, watch.join().unwrap_or(false), errors.join().unwrap_or_default())
+    });
+    let status = child.into_inner().map(|mut child| child.wait());
+    if is_late {
+        return Err(format!("{shown} did not end within {} s", limit.as_secs()));
+    }
+    outcome?;
+    match status {
+        Ok(Ok(status)) if status.success() => Ok(()),
+        Ok(Ok(status)) => {
+            let stderr = String::from_utf8_lossy(&stderr);
+            Err(format!("{shown} ended with {status} {}", stderr.trim()))
+        }
+        Ok(Err(error)) => Err(format!("{shown}: {error}")),
+        Err(_) => Err(format!("{shown} was lost")),
+    }
+}
+
+/// Answers messages until the program closes its output.
+fn exchange(
+    mut input: impl Write,
+    mut output: impl Read,
+    mut answer: impl FnMut(Message) -> Result<Option<u32>, String>,
+) -> Result<(), String> {
+    let mut bytes = [0; 9];
+    // The end of the output is the end of the program, and its exit code shows whether it was intended.
+    while output.read_exact(&mut bytes).is_ok() {
+        let [kind, a, b, c, d, e, f, g, h] = bytes;
+        let (at, value) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
+        if let Some(answer) = answer(Message { kind, at, value })? {
+            // A program that has ended does not read its answer.
+            let _ = input.write_all(&answer.to_le_bytes()).and_then(|()| input.flush());
+        }
+    }
+    Ok(())
 }
 
 fn read_all(pipe: Option<impl Read>) -> Vec<u8> {

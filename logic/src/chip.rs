@@ -279,7 +279,8 @@ impl<'a, S: Parts> ChipSim<'a, S> {
         }
     }
 
-    fn sample(&mut self, mealy: bool) {
+    /// Stores the current values of the pins as those of the row: of the `mealy` pins, just before a clock edge, or of the others, after it.
+    pub fn sample(&mut self, mealy: bool) {
         let logic = self.logic;
         self.decode();
         for (&output, pins) in &self.outputs {
@@ -334,6 +335,11 @@ impl<'a, S: Parts> ChipSim<'a, S> {
             let value = (self.sim.flop(flop) & 1 == 1) != inverted;
             code | u64::from(value) << bit.min(63)
         }))
+    }
+
+    /// The underlying simulator, to set its pins one by one.
+    pub fn sim_mut(&mut self) -> &mut S {
+        &mut self.sim
     }
 
     /// The underlying simulator.

@@ -25,41 +25,7 @@ impl<'n> Joint<'n> {
     /// The row of the last round (row 0 after reset), in the ids of the whole net.
     #[must_use]
     pub fn row(&self, input: &InputRow) -> Row {
-        let net = self.net;
-        let mut row = Row { dt: input.dt, inputs: input.values.clone(), ..Row::zero(net) };
-        for (at, (part, simulator)) in self.division.parts.iter().zip(&self.parts).enumerate() {
-            let own = simulator.row();
-            let owned =
-                |step: &&grafsynth_ir::net::StepId| self.division.owners.steps[**step] == at;
-            let steps: Vec<_> = own.steps.iter().map(|step| part.steps[*step]).collect();
-            row.steps.extend(steps.iter().filter(owned));
-            for (id, shown) in part.outputs.iter() {
-                if let Shown::Output(old) = shown {
-                    row.outputs[old.index()] = own.outputs[id.index()];
-                }
-            }
-            let mut place = 0;
-            for (id, var) in part.net.vars.iter() {
-                let len = var.len.unwrap_or(1) as usize;
-                let before = net.vars.values().take(part.vars[id].index());
-                let start: usize = before.map(|var| var.len.unwrap_or(1) as usize).sum();
-                row.vars[start..start + len].copy_from_slice(&own.vars[place..place + len]);
-                place += len;
-            }
-            row.effects.extend(own.effects.iter().map(|effect| match effect {
-                Effect::Call(output, arguments) => match part.outputs[*output] {
-                    Shown::Output(old) => Effect::Call(old, arguments.clone()),
-                    Shown::Fires(_) => unreachable!("a wire is no function"),
-                },
-                Effect::Condition(input) => match part.inputs[*input] {
-                    Source::Input(old) => Effect::Condition(old),
-                    Source::Fires(_) => unreachable!("a wire is no function"),
-                },
-                Effect::Code(text) => Effect::Code(text.clone()),
-            }));
-        }
-        row.steps.sort_unstable();
-        row
+        joined_row(self.net, self.division, self.parts.iter().map(Simulator::row), input)
     }
 
     /// One round: each part decides what fires, from its own state and the inputs; then all parts fire, with the wires as the decisions left them.
@@ -84,6 +50,47 @@ impl<'n> Joint<'n> {
         }
         self.row(input)
     }
+}
+
+/// The row of the whole net, from a row of each part in order.
+pub fn joined_row<'r>(
+    net: &Net,
+    division: &Division,
+    rows: impl IntoIterator<Item = &'r Row>,
+    input: &InputRow,
+) -> Row {
+    let mut row = Row { dt: input.dt, inputs: input.values.clone(), ..Row::zero(net) };
+    for (at, (part, own)) in division.parts.iter().zip(rows).enumerate() {
+        let owned = |step: &&grafsynth_ir::net::StepId| division.owners.steps[**step] == at;
+        let steps: Vec<_> = own.steps.iter().map(|step| part.steps[*step]).collect();
+        row.steps.extend(steps.iter().filter(owned));
+        for (id, shown) in part.outputs.iter() {
+            if let Shown::Output(old) = shown {
+                row.outputs[old.index()] = own.outputs[id.index()];
+            }
+        }
+        let mut place = 0;
+        for (id, var) in part.net.vars.iter() {
+            let len = var.len.unwrap_or(1) as usize;
+            let before = net.vars.values().take(part.vars[id].index());
+            let start: usize = before.map(|var| var.len.unwrap_or(1) as usize).sum();
+            row.vars[start..start + len].copy_from_slice(&own.vars[place..place + len]);
+            place += len;
+        }
+        row.effects.extend(own.effects.iter().map(|effect| match effect {
+            Effect::Call(output, arguments) => match part.outputs[*output] {
+                Shown::Output(old) => Effect::Call(old, arguments.clone()),
+                Shown::Fires(_) => unreachable!("a wire is no function"),
+            },
+            Effect::Condition(input) => match part.inputs[*input] {
+                Source::Input(old) => Effect::Condition(old),
+                Source::Fires(_) => unreachable!("a wire is no function"),
+            },
+            Effect::Code(text) => Effect::Code(text.clone()),
+        }));
+    }
+    row.steps.sort_unstable();
+    row
 }
 
 /// The inputs of a part in a round.

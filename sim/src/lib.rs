@@ -57,7 +57,7 @@ pub use directed::ticks::Thresholds;
 pub use directed::{Coverage, Directed, Move, Start};
 pub use expected::Expected;
 pub use grafsynth_ir::random::Random;
-pub use joint::Joint;
+pub use joint::{Joint, joined_row};
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use row::{Effect, InputRow, Open, Row};
 pub use saved::Restored;

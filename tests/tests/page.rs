@@ -73,7 +73,7 @@ fn check(policies: Vec<Policy>, quick: u64, deep: u64) {
         let nets: Vec<_> = batch.iter().map(|seed| random_net(*seed, &features)).collect();
         let stimuli: Vec<_> =
             nets.iter().zip(batch).map(|(net, seed)| stimulus(net, *seed)).collect();
-        let facts: Vec<_> = nets.iter().map(|net| structural_facts(net)).collect();
+        let facts: Vec<_> = nets.iter().map(structural_facts).collect();
         let jobs = nets.iter().zip(&stimuli).zip(&facts);
         let jobs: Vec<Job<'_>> =
             jobs.map(|((net, stimulus), facts)| Job { net, facts, stimulus }).collect();

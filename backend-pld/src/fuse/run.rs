@@ -80,6 +80,18 @@ impl<'a> Burned<'a> {
         self.trouble.as_deref()
     }
 
+    /// Applies a level to a pin. A rising edge at the pin of the clock is a clock edge.
+    pub fn put_pin(&mut self, pin: u32, level: bool) {
+        let outcome = self.chip.put(&[(pin, if level { u64::MAX } else { 0 })]);
+        self.done(outcome);
+    }
+
+    /// The level that the device gives a pin; `None` if it does not drive the pin.
+    #[must_use]
+    pub fn driven(&self, pin: u32) -> Option<bool> {
+        (self.chip.drives(pin) & 1 == 1).then(|| self.chip.level(pin) & 1 == 1)
+    }
+
     fn done(&mut self, outcome: Result<(), Box<Diagnostic>>) {
         if let Err(trouble) = outcome {
             self.trouble.get_or_insert(trouble);

@@ -1,7 +1,7 @@
 //! `grafsynth compare FILE`: one design on all engines with one stimulus, each compared with the reference simulator.
 
 use super::compared::{nothing_asked, reactions};
-use super::sim::{clocked, engine_named, stimulus};
+use super::sim::{choice, clocked, stimulus};
 use crate::args::{Compare, Input};
 use crate::evidence::up_to;
 use crate::exit::Exit;
@@ -35,7 +35,8 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
     if session.is_impossible(net) {
         return Ok(Exit::Errors);
     }
-    let engines = engines(arguments)?;
+    let runnable = trust::runnable(net, arguments.trust.trust_code);
+    let engines = engines(session, arguments, &runnable)?;
     let any = |is_it: fn(&dyn Engine) -> bool| engines.iter().any(|(_, engine)| is_it(&**engine));
     let rows = arguments.random.or(if arguments.stimulus.is_none() { Some(1000) } else { None });
     // All engines get the same rows, so a random stimulus must be one that a chip can run too.
@@ -45,7 +46,6 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
         return Ok(Exit::Errors);
     };
     let facts = grafsynth_driver::pipeline::facts(net, &Limits::default());
-    let runnable = trust::runnable(net, arguments.trust.trust_code);
     if any(|engine| engine.runs_c()) && !arguments.trust.trust_code {
         session.show(trust::left_out(net).as_slice());
     }
@@ -100,14 +100,19 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
 type NamedEngine = (String, Box<dyn Engine>);
 
 /// The engines that the user asked for, without the reference; their names may contain a style, as in `c:switch`.
-fn engines(arguments: &Compare) -> Result<Vec<NamedEngine>, Stop> {
+fn engines(
+    session: &Session,
+    arguments: &Compare,
+    net: &Valid<Net>,
+) -> Result<Vec<NamedEngine>, Stop> {
     if arguments.engines.is_empty() {
         let all = grafsynth_engines::all().into_iter();
         let all = all.filter(|engine| engine.name() != "ir" && engine.by_default());
         return Ok(all.map(|engine| (engine.name().to_owned(), engine)).collect());
     }
     let named = arguments.engines.iter().filter(|name| *name != "ir");
-    named.map(|name| Ok((name.clone(), engine_named(name)?))).collect()
+    let with = arguments.with.as_deref();
+    named.map(|name| Ok((name.clone(), choice(name, with)?.engine(session, net, with)?))).collect()
 }
 
 /// The comparison of a chart on several engines.

@@ -9,7 +9,7 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
-use grafsynth_engines::{Availability, Engine, EngineError, Job};
+use grafsynth_engines::{Availability, Engine, EngineError, Job, OfCpu};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
@@ -29,7 +29,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
         let path = trace.display();
         return Err(Stop::Usage(format!("{path} would contain both the trace and the state")));
     }
-    let engine = engine_named(&arguments.engine)?;
+    let with = arguments.with.as_deref();
+    let engine = choice(&arguments.engine, with)?;
     session.begin(&arguments.input.file);
     let (design, mut found) = session.design(&arguments.input)?;
     let design = match design {
@@ -51,6 +52,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     if session.is_impossible(net) {
         return Ok(Exit::Errors);
     }
+    let runnable = trust::runnable(net, arguments.trust.trust_code);
+    let engine = engine.engine(session, &runnable, with)?;
     let max_dt = if engine.is_chip() { 1 } else { 3 };
     let Some((stimulus, expected)) = with_expected(
         session,
@@ -211,11 +214,47 @@ fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> 
     Ok(())
 }
 
-/// The engine with that name, or an error that lists the known ones.
-pub(super) fn engine_named(name: &str) -> Result<Box<dyn Engine>, Stop> {
-    grafsynth_engines::named(name).ok_or_else(|| {
+/// An engine that the user named.
+pub(super) enum Choice {
+    /// An engine that needs nothing else.
+    Plain(Box<dyn Engine>),
+    /// The parts of a partition file.
+    Split(OfCpu),
+}
+
+impl Choice {
+    /// The engine for a net.
+    ///
+    /// # Errors
+    /// There is no split: see [`super::split::engine`].
+    pub(super) fn engine(
+        self,
+        session: &Session,
+        net: &Valid<Net>,
+        with: Option<&str>,
+    ) -> Result<Box<dyn Engine>, Stop> {
+        match self {
+            Choice::Plain(engine) => Ok(engine),
+            Choice::Split(of_cpu) => {
+                let path = with.unwrap_or_default();
+                Ok(Box::new(super::split::engine(session, net, path, of_cpu)?))
+            }
+        }
+    }
+}
+
+/// The engine with that name, or an error that lists the known ones. An engine of splits needs a partition file.
+pub(super) fn choice(name: &str, with: Option<&str>) -> Result<Choice, Stop> {
+    if let Some(of_cpu) = OfCpu::named(name) {
+        return match with {
+            Some(_) => Ok(Choice::Split(of_cpu)),
+            None => Err(Stop::Usage(format!("engine {name} needs a partition file: --with FILE"))),
+        };
+    }
+    grafsynth_engines::named(name).map(Choice::Plain).ok_or_else(|| {
         let all = grafsynth_engines::all();
-        let known: Vec<&str> = all.iter().map(|engine| engine.name()).collect();
+        let of_splits = OfCpu::ALL.iter().map(|it| it.name());
+        let known: Vec<&str> = all.iter().map(|engine| engine.name()).chain(of_splits).collect();
         let near = did_you_mean(name, known.iter().copied());
         Stop::Usage(format!("unknown engine `{name}`{near} (engines: {})", known.join(", ")))
     })

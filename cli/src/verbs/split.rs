@@ -12,8 +12,11 @@ use grafsynth_driver::codes;
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{self, Linked, PartDevice, Place, Request, RequestedPart, Split};
+use grafsynth_driver::split::{
+    self, Linked, Objective, PartDevice, Place, Request, RequestedPart, Split,
+};
 use grafsynth_driver::stem::FileStem;
+use grafsynth_engines::{OfCpu, SplitEngine};
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, counted};
@@ -42,8 +45,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         None => split::Written::default(),
         Some(path) => partition_file(path)?,
     };
-    let parts = parts(arguments, &written)?;
-    let places = places(session, net, arguments, &written, &parts)?;
+    let parts = parts(&arguments.part, &written)?;
+    let written = Written { path: arguments.with.as_deref(), partition: &written };
+    let places = places(session, net, &arguments.place, written, &parts)?;
     let stem = FileStem::of_path(file).unwrap_or_else(|| FileStem::of_name(&net.name.text));
     let made_of = session.made_of();
     let options = options(arguments, &stem);
@@ -80,7 +84,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         }
         know(session, net, &part.built.lines);
     }
-    let link = match split::link(net, &split, &request) {
+    let link = match split::link(net, &split, &parts, &stem) {
         Ok(link) => link,
         Err(errors) => {
             found.extend(errors);
@@ -215,6 +219,51 @@ fn options(arguments: &Arguments, stem: &FileStem) -> BuildOptions {
     }
 }
 
+/// A partition file with its path, for messages.
+#[derive(Clone, Copy)]
+struct Written<'a> {
+    path: Option<&'a str>,
+    partition: &'a split::Written,
+}
+
+/// A net with the parts of a partition file, as an engine. Nothing is proved.
+///
+/// # Errors
+/// A partition file that cannot be read; findings about the split, which were shown.
+pub(super) fn engine(
+    session: &Session,
+    net: &Valid<Net>,
+    path: &str,
+    of_cpu: OfCpu,
+) -> Result<SplitEngine, Stop> {
+    let partition = partition_file(path)?;
+    let parts = parts(&[], &partition)?;
+    let written = Written { path: Some(path), partition: &partition };
+    let places = places(session, net, &[], written, &parts)?;
+    let stem = FileStem::of_name(&net.name.text);
+    let options = BuildOptions {
+        stem: Some(stem.clone()),
+        dont_cares: true,
+        trusts_code: true,
+        ..BuildOptions::default()
+    };
+    let objective = Objective::default();
+    let request = Request {
+        parts: &parts,
+        places: &places,
+        objective,
+        fits: FITS,
+        stem: &stem,
+        options: &options,
+    };
+    let engine = split::split(net, &request)
+        .and_then(|split| SplitEngine::new(net, split, &parts, &stem, of_cpu));
+    engine.map_err(|found| {
+        session.show(&found);
+        Stop::Errors
+    })
+}
+
 fn partition_file(path: &str) -> Result<split::Written, Stop> {
     let text = files::read_text(path, 1 << 20).map_err(Stop::Input)?;
     split::read(&text).map_err(|wrong| {
@@ -225,9 +274,9 @@ fn partition_file(path: &str) -> Result<split::Written, Stop> {
 }
 
 /// The parts from the options or, if there are none, from the partition file.
-fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<RequestedPart>, Stop> {
+fn parts(options: &[String], written: &split::Written) -> Result<Vec<RequestedPart>, Stop> {
     let mut all: Vec<(String, String)> = Vec::new();
-    for text in &arguments.part {
+    for text in options {
         let Some((name, device)) = text.split_once('=') else {
             return Err(Stop::Usage(format!("expected --part NAME=DEVICE, found `{text}`")));
         };
@@ -277,16 +326,16 @@ fn parts(arguments: &Arguments, written: &split::Written) -> Result<Vec<Requeste
 fn places(
     session: &Session,
     net: &Net,
-    arguments: &Arguments,
-    written: &split::Written,
+    options: &[String],
+    written: Written<'_>,
     parts: &[RequestedPart],
 ) -> Result<Vec<Place>, Stop> {
     let mut all: Vec<(String, String, String)> = Vec::new();
-    for (item, part, line) in &written.places {
-        let file = arguments.with.as_deref().unwrap_or_default();
+    for (item, part, line) in &written.partition.places {
+        let file = written.path.unwrap_or_default();
         all.push((item.clone(), part.clone(), format!("{file}:{line}: ")));
     }
-    for text in &arguments.place {
+    for text in options {
         // `a,b=chip,c=cpu`: the names before each `=` are placed on the part after it.
         let mut names: Vec<&str> = Vec::new();
         for piece in text.split(',') {

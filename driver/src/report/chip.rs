@@ -29,6 +29,10 @@ pub struct Chip {
     pub outcome: Outcome,
     /// The circuit that it was made from, with its encoding and synchronisers.
     pub circuit: Logic,
+    /// The circuit that was read back from its text or fuses.
+    pub read_back: Logic,
+    /// The pin of each object of that circuit, for a fuse map.
+    pub roles: Vec<Role>,
     /// Its synchronisers.
     pub chains: Vec<Chain>,
     /// Its state encoding; `None` for imported logic, because the meaning of its registers is unknown.
@@ -197,6 +201,8 @@ impl Chip {
             language,
             outcome: made.outcome,
             circuit: made.circuit.clone(),
+            read_back: Logic::default(),
+            roles: Vec::new(),
             chains: made.chains.to_vec(),
             code: made.code,
             evolution: made.evolution,

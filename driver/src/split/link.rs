@@ -1,24 +1,36 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
-use super::{PartDevice, Request, Split, has_time};
+use super::{PartDevice, RequestedPart, Split, has_time};
 use crate::built::OutputFile;
 use crate::codes;
 use crate::report::chip::{Chip, Kind};
+use crate::stem::FileStem;
 use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::PinRole;
 use grafsynth_ir::net::{Net, Transition};
 use grafsynth_split::codes::DEADLINE;
+use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
-    self, ChipPins, ChipSignal, CpuNames, Object, Timing, check, files, round_cycles, wiring_md,
-    wiring_svg,
+    self, Calls, ChipPins, ChipSignal, CpuNames, Link, Object, Timing, calls, check, files,
+    round_cycles, wiring_md, wiring_svg,
 };
 use std::collections::BTreeMap;
 
-/// A link that was made and checked.
-#[derive(Debug)]
+/// A link with the data from which its files are printed.
+#[derive(Debug, Clone)]
 pub struct Linked {
+    /// The connections, and the acts of a round.
+    pub link: Link,
+    /// The pins of each chip.
+    pub chips: Vec<ChipPins>,
+    /// The microcontroller.
+    pub cpu: &'static Cpu,
+    /// The prefix of its functions: NAME in `NAME_link_round`.
+    pub name: String,
+    /// How a program calls its functions.
+    pub calls: Calls,
     /// Its C, the wiring table and the wiring diagram.
     pub files: Vec<OutputFile>,
     /// The longest time of a round, or the reason why it is not known.
@@ -41,17 +53,48 @@ pub struct Round {
     pub pin_to_pin_ns: u64,
 }
 
-/// The link of a split. The acts of a round are checked before they are printed.
+/// The link of a split for its CPU. The acts of a round are checked before they are printed.
 ///
 /// # Errors
 /// Too few pins on the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not kept. A failed check is a bug in grafsynth.
-pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, Vec<Diagnostic>> {
+pub fn link(
+    net: &Net,
+    split: &Split,
+    parts: &[RequestedPart],
+    stem: &FileStem,
+) -> Result<Linked, Vec<Diagnostic>> {
+    let cpu = parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name()));
+    let linked = link_on(net, split, parts, stem, cpu)?;
+    let late = deadlines(net, &linked.round);
+    if late.is_empty() { Ok(linked) } else { Err(late) }
+}
+
+/// Like [`link`], with pins that are functions of a program on this computer, and without deadlines.
+///
+/// # Errors
+/// Like [`link`].
+pub fn link_on_host(
+    net: &Net,
+    split: &Split,
+    parts: &[RequestedPart],
+    stem: &FileStem,
+) -> Result<Linked, Vec<Diagnostic>> {
+    link_on(net, split, parts, stem, Some(&HOST))
+}
+
+fn link_on(
+    net: &Net,
+    split: &Split,
+    parts: &[RequestedPart],
+    stem: &FileStem,
+    cpu: Option<&'static Cpu>,
+) -> Result<Linked, Vec<Diagnostic>> {
     let bug = |why: String| {
         let found = Diagnostic::error(codes::NO_PARTITION, why);
         vec![found.help("this is a bug in grafsynth: please report it with the chart")]
     };
     let mut chips = Vec::new();
-    for (part, requested) in split.parts.iter().zip(request.parts) {
+    for (part, requested) in split.parts.iter().zip(parts) {
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
@@ -60,22 +103,18 @@ pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, V
             chips.push(pins(chip, device.name).map_err(bug)?);
         }
     }
-    let (Some(cpu), Some(package)) = (
-        request.parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name())),
-        split.parts.last().and_then(|part| part.built.packages.first()),
-    ) else {
+    let package = split.parts.last().and_then(|part| part.built.packages.first());
+    let (Some(cpu), Some(package)) = (cpu, package) else {
         return Err(bug("the part on the CPU was not built".to_owned()));
     };
+    let of_cpu = split.division.parts.last();
     let wanted = link::Request {
         net,
         division: &split.division,
         chips: &chips,
         cpu,
-        names: names(
-            package,
-            &split.division.parts.last().map_or_else(Net::default, |part| (*part.net).clone()),
-        ),
-        name: request.stem.identifier(),
+        names: of_cpu.map(|part| names(package, &part.net)).unwrap_or_default(),
+        name: stem.identifier(),
         wanted: BTreeMap::new(),
         timing: Timing::default(),
     };
@@ -83,18 +122,14 @@ pub fn link(net: &Net, split: &Split, request: &Request<'_>) -> Result<Linked, V
     check(&link.acts, &link.connections, &split.division, &chips)
         .map_err(|breach| bug(format!("the link does not perform exactly one round: {breach}")))?;
     let round = round(net, package, &wanted, &link);
-    let late = deadlines(net, &round);
-    if !late.is_empty() {
-        return Err(late);
-    }
-    let mut all: Vec<OutputFile> = files(&wanted, &link)
-        .into_iter()
-        .map(|file| OutputFile::new(file.name, file.text))
-        .collect();
-    let name = &wanted.name;
+    let driver = files(&wanted, &link).into_iter();
+    let mut all: Vec<OutputFile> =
+        driver.map(|file| OutputFile::new(file.name, file.text)).collect();
+    let name = wanted.name.clone();
     all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&wanted, &link)));
     all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&wanted, &link)));
-    Ok(Linked { files: all, round })
+    let calls = calls(&wanted, &link);
+    Ok(Linked { link, chips, cpu, name, calls, files: all, round })
 }
 
 fn round(
@@ -162,7 +197,11 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
         let signal = signal.ok_or_else(|| format!("the {device} has no signal `{name}`"))?;
         signal.pin.ok_or_else(|| format!("signal `{name}` of {device} has no pin"))
     };
-    let mut pins = ChipPins { device: device.to_owned(), ..ChipPins::default() };
+    let mut pins = ChipPins {
+        device: device.to_owned(),
+        grounded: chip.enables.clone(),
+        ..ChipPins::default()
+    };
     for input in chip.circuit.inputs.values() {
         match input.role {
             PinRole::Input(id, bit) => {

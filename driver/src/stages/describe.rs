@@ -73,7 +73,12 @@ pub(crate) fn describe(
             dont_cares: encoded.options.dont_cares,
             budget: encoded.options.budget,
         };
-        chip(made, &encoded, &content)
+        let mut chip = chip(made, &encoded, &content);
+        chip.read_back = read_back.circuit;
+        if let Content::Fuses(burned) = &content {
+            chip.roles.clone_from(&burned.roles);
+        }
+        chip
     });
     let name = report.name.clone();
     let (files, emitted) = match content {

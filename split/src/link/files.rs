@@ -30,6 +30,23 @@ pub fn files(request: &Request<'_>, link: &Link) -> Vec<File> {
     ]
 }
 
+/// How a program calls the functions of a link: `NAME_link_init` and `NAME_link_round`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Calls {
+    /// The members of `NAME_link_in_t`, with the inputs of the net. Without any, `NAME_link_round` has no parameter `in`.
+    pub members: Vec<(InputId, String)>,
+    /// The type of the parameter `dt`, if there is one.
+    pub dt: Option<String>,
+}
+
+/// How a program calls the functions of a link. The other parameters are those of the part on the CPU.
+#[must_use]
+pub fn calls(request: &Request<'_>, link: &Link) -> Calls {
+    let text = Text::new(request, link);
+    let dt = text.has_dt.then(|| text.dt().to_owned());
+    Calls { members: text.members.into_iter().collect(), dt }
+}
+
 /// The names in the files.
 struct Text<'l> {
     request: &'l Request<'l>,

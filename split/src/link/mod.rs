@@ -24,7 +24,7 @@ use grafsynth_ir::net::{InputId, Net, OutputId, TransitionId};
 use crate::cpu::Cpu;
 
 pub use check::{Breach, Why, check};
-pub use files::{File, files};
+pub use files::{Calls, File, calls, files};
 pub use make::link;
 pub use time::round_cycles;
 pub use wiring::{wiring_md, wiring_svg};
@@ -77,6 +77,8 @@ pub struct ChipPins {
     pub clock: Option<u32>,
     /// The pin that is 1 in a round in which a tick passes; `None` if the chip has no timer.
     pub tick: Option<u32>,
+    /// Pins that are connected to ground: they enable outputs while they are low.
+    pub grounded: Vec<u32>,
 }
 
 /// A signal on a pin of a chip.

@@ -81,7 +81,7 @@ fn preamble(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String {
     match cpu.family {
         Family::Avr => "\n#include <avr/io.h>\n".to_owned(),
         Family::Stm32f1 => format!(
-            "\n/* A register of the processor. */\n#define {upper}_LINK_REG(address) (*(volatile uint32_t *)(address))\n"
+            "\n/* A register of the processor. */\n#ifndef {upper}_LINK_REG\n#define {upper}_LINK_REG(address) (*(volatile uint32_t *)(address))\n#endif\n"
         ),
         Family::Mcs51 => {
             // The ports are at 0x80, 0x90, 0xA0 and 0xB0, and their bits at the same addresses.

@@ -38,6 +38,13 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
             carried(request, one)
         );
     }
+    for (part, pin) in grounded(request) {
+        let name = part_name(request, part);
+        _ = writeln!(
+            text,
+            "| ground | enables outputs while it is low | ground | {name} {pin} | none |"
+        );
+    }
     let used: Vec<u32> = link
         .connections
         .iter()
@@ -60,6 +67,12 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
              The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
              Connect the inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n";
     text
+}
+
+/// The pins of chips that are connected to ground.
+fn grounded<'r>(request: &'r Request<'_>) -> impl Iterator<Item = (usize, u32)> + 'r {
+    let chips = request.chips.iter().enumerate();
+    chips.flat_map(|(part, chip)| chip.grounded.iter().map(move |pin| (part, *pin)))
 }
 
 fn ends(one: &Connection) -> impl Iterator<Item = End> + '_ {
@@ -124,6 +137,10 @@ pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
                 row(&mut body, request, one, end, y);
                 y += ROW;
             }
+        }
+        for (_, pin) in grounded(request).filter(|(at, _)| *at == part) {
+            outside(&mut body, pin, "← ground", y);
+            y += ROW;
         }
         let title = format!("{} {}", part_name(request, part), request.chips[part].device);
         package(&mut body, CHIP_LEFT, CHIP_RIGHT, (top, y), &title);
@@ -207,21 +224,30 @@ fn row(body: &mut String, request: &Request<'_>, one: &Connection, end: End, y: 
         Vec::new()
     };
     if at_cpu.is_none() || !others.is_empty() {
-        _ = writeln!(body, "{}", line(CHIP_RIGHT, CHIP_RIGHT + 30));
         let label = if others.is_empty() {
             name
         } else {
             format!("{name}: {}", escaped(&others.join(", ")))
         };
         let arrow = if is_driven { "→" } else { "←" };
-        _ = writeln!(
-            body,
-            "<text x=\"{}\" y=\"{text_y}\" text-anchor=\"end\">{}</text>",
-            CHIP_RIGHT - 6,
-            end.pin
-        );
-        _ = writeln!(body, "<text x=\"{}\" y=\"{text_y}\">{arrow} {label}</text>", CHIP_RIGHT + 36);
+        outside(body, end.pin, &format!("{arrow} {label}"), y);
     }
+}
+
+/// A pin at the right side of a chip, with a line to a label.
+fn outside(body: &mut String, pin: u32, label: &str, y: usize) {
+    let text_y = y + 4;
+    _ = writeln!(
+        body,
+        "<line x1=\"{CHIP_RIGHT}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\" stroke=\"black\"/>",
+        CHIP_RIGHT + 30
+    );
+    _ = writeln!(
+        body,
+        "<text x=\"{}\" y=\"{text_y}\" text-anchor=\"end\">{pin}</text>",
+        CHIP_RIGHT - 6
+    );
+    _ = writeln!(body, "<text x=\"{}\" y=\"{text_y}\">{label}</text>", CHIP_RIGHT + 36);
 }
 
 fn escaped(text: &str) -> String {
