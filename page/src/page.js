@@ -191,20 +191,32 @@
     macroGroups.forEach((_, group) => prepareStep(group));
     transitionGroups.forEach((_, group) => prepareTransition(group));
 
+    // What each group of the drawing shows: only a change is written, because most groups of a large chart do not change.
+    const drawn = new Map();
+
+    function isNew(group, state) {
+        if (drawn.get(group) === state) return false;
+        drawn.set(group, state);
+        return true;
+    }
+
     function drawChart(cells, states) {
         for (const [group, steps] of stepGroups) {
             const active = steps.filter((step) => machine.isActive(step, cells));
-            group.classList.toggle("active", active.length > 0);
             const timed = active.find((step) => data.steps[step].time !== null);
+            const text = timed === undefined ? "" : duration(cells[machine.places[data.steps[timed].time]]);
+            if (!isNew(group, `${active.length > 0} ${text}`)) continue;
+            group.classList.toggle("active", active.length > 0);
             const time = group.querySelector(".time");
-            if (time) time.textContent = timed === undefined ? "" : duration(cells[machine.places[data.steps[timed].time]]);
+            if (time) time.textContent = text;
         }
         for (const [group, macros] of macroGroups) {
             const isActive = macros.some((one) => data.macros[one].steps.some((step) => machine.isActive(step, cells)));
-            group.classList.toggle("active", isActive);
+            if (isNew(group, isActive)) group.classList.toggle("active", isActive);
         }
         for (const [group, transitions] of transitionGroups) {
             const state = ["fired", "ready", "enabled"].find((name) => transitions.some((one) => states[one].state === name)) || "";
+            if (!isNew(group, state)) continue;
             for (const name of ["fired", "ready", "enabled"]) group.classList.toggle(name, name === state);
             const sign = group.querySelector(".sign");
             if (sign) sign.textContent = { fired: "✓", ready: "▶", enabled: "▷" }[state] || "";
@@ -402,9 +414,11 @@
         for (const { at, text, note } of stepRows) {
             const step = data.steps[at];
             const isActive = machine.isActive(at, cells);
+            const time = isActive && step.time !== null ? duration(cells[machine.places[step.time]]) : "";
+            if (!isNew(text, `${isActive} ${time}`)) continue;
             text.classList.toggle("active", isActive);
             text.setAttribute("aria-label", clean(`${step.name}, ${step.kind}, ${isActive ? "active" : "not active"}`));
-            note.textContent = isActive && step.time !== null ? duration(cells[machine.places[step.time]]) : "";
+            note.textContent = time;
         }
     }
 
@@ -513,6 +527,8 @@
         }
     }
 
+    let nextWave = 0;
+
     function draw() {
         const cells = shownCells();
         const states = transitionStates(cells);
@@ -522,7 +538,11 @@
         drawResults();
         drawSteps(cells);
         drawBars();
-        drawWave();
+        // A waveform that changes at each picture could not be read.
+        if (running === null || performance.now() > nextWave) {
+            drawWave();
+            nextWave = performance.now() + 250;
+        }
         const scrub = byId("scrub");
         scrub.max = session.rows.length;
         scrub.value = session.at;

@@ -93,12 +93,12 @@ fn check(policies: Vec<Policy>, quick: u64, deep: u64) {
 
 #[test]
 fn grafcet_pages_run_like_the_simulator() {
-    check(vec![Policy::All, Policy::Priority, Policy::PriorityAge], 100, 3_000);
+    check(vec![Policy::All, Policy::Priority, Policy::PriorityAge], 60, 3_000);
 }
 
 #[test]
 fn statechart_pages_run_like_the_simulator() {
-    check(vec![Policy::InnerFirst, Policy::OuterFirst], 100, 3_000);
+    check(vec![Policy::InnerFirst, Policy::OuterFirst], 60, 3_000);
 }
 
 /// Runs a script after the engine of a page, in a folder that contains its data as `data.json` and a stimulus as `stimulus.csv`; returns what it prints.
