@@ -75,13 +75,26 @@ impl Token<'_> {
     }
 }
 
-/// All signs, longest first (C99 6.4.6; digraphs are rejected where they occur, because the two characters of a digraph are a syntax error as separate tokens).
-const SIGNS: [&str; 46] = [
-    "<<=", ">>=", "...", "->", "++", "--", "<<", ">>", "<=", ">=", "==", "!=", "&&", "||", "*=",
-    "/=", "%=", "+=", "-=", "&=", "^=", "|=", "##", "[", "]", "(", ")", "{", "}", ".", "&", "*",
-    "+", "-", "~", "!", "/", "%", "<", ">", "^", "|", "?", ":", ";", "=",
-];
-const MORE_SIGNS: [&str; 2] = [",", "#"];
+/// The length of the longest sign at the start of a text (C99 6.4.6). Digraphs are rejected where they occur, because the two characters of a digraph are a
+/// syntax error as separate tokens.
+fn sign(rest: &[u8]) -> Option<usize> {
+    match rest {
+        [b'<', b'<', b'=', ..] | [b'>', b'>', b'=', ..] | [b'.', b'.', b'.', ..] => Some(3),
+        [first @ (b'+' | b'-' | b'<' | b'>' | b'&' | b'|' | b'#'), second, ..]
+            if first == second =>
+        {
+            Some(2)
+        }
+        [b'-', b'>', ..] => Some(2),
+        [
+            b'<' | b'>' | b'=' | b'!' | b'*' | b'/' | b'%' | b'+' | b'-' | b'&' | b'^' | b'|',
+            b'=',
+            ..,
+        ] => Some(2),
+        [first, ..] if b"[](){}.&*+-~!/%<>^|?:;=,#".contains(first) => Some(1),
+        _ => None,
+    }
+}
 
 /// The blocks of user code that are not read, by their first line.
 #[derive(Debug, Default)]
@@ -167,26 +180,23 @@ impl<'a> Lexer<'a> {
     /// Skips white space and comments. If a comment is not closed, returns the error and the position at which it begins.
     fn skip_space(&mut self) -> Option<(Stray, usize)> {
         loop {
-            let rest = self.rest();
-            let first = rest.chars().next()?;
-            if first == '\n' {
-                self.starts_line = true;
-                self.at += 1;
-            } else if first.is_ascii_whitespace() || first == '\u{b}' {
-                self.at += 1;
-            } else if let Some(length) = splice(rest) {
-                self.at += length;
-            } else if rest.starts_with("//") {
-                self.line_comment();
-            } else if let Some(inner) = rest.strip_prefix("/*") {
-                let from = self.at;
-                let Some(end) = inner.find("*/") else {
-                    self.at = self.text.len();
-                    return Some((Stray::Comment, from));
-                };
-                self.at += end + 4;
-            } else {
-                return None;
+            match &self.text.as_bytes()[self.at..] {
+                [b'\n', ..] => {
+                    self.starts_line = true;
+                    self.at += 1;
+                }
+                [b' ' | b'\t' | b'\r' | b'\x0b' | b'\x0c', ..] => self.at += 1,
+                [b'\\', ..] => self.at += splice(self.rest())?,
+                [b'/', b'/', ..] => self.line_comment(),
+                [b'/', b'*', ..] => {
+                    let from = self.at;
+                    let Some(end) = self.text[from + 2..].find("*/") else {
+                        self.at = self.text.len();
+                        return Some((Stray::Comment, from));
+                    };
+                    self.at += end + 4;
+                }
+                _ => return None,
             }
             self.has_space = true;
         }
@@ -194,13 +204,16 @@ impl<'a> Lexer<'a> {
 
     /// Skips a comment to the end of its line; after a backslash, the comment continues on the next line.
     fn line_comment(&mut self) {
-        while let Some(first) = self.rest().chars().next() {
-            match splice(self.rest()) {
-                Some(length) => self.at += length,
-                None if first == '\n' => return,
-                None => self.at += first.len_utf8(),
+        while let Some(length) = self.rest().find('\n') {
+            let line = &self.rest()[..length];
+            let goes_on = line.ends_with('\\') || line.ends_with("\\\r");
+            self.at += length;
+            if !goes_on {
+                return;
             }
+            self.at += 1;
         }
+        self.at = self.text.len();
     }
 
     fn token(&mut self, verbatim: &Verbatim<'a>) -> (TokenKind, &'a str) {
@@ -232,8 +245,8 @@ impl<'a> Lexer<'a> {
             self.at += 1 + length;
             return (TokenKind::Opaque, text);
         }
-        match SIGNS.iter().chain(&MORE_SIGNS).find(|sign| rest.starts_with(**sign)) {
-            Some(sign) => self.take(TokenKind::Sign, sign.len()),
+        match sign(rest.as_bytes()) {
+            Some(length) => self.take(TokenKind::Sign, length),
             None => self.take(TokenKind::Stray(Stray::Character), first.len_utf8()),
         }
     }
