@@ -6,7 +6,9 @@
 use grafsynth_backend_c::{Io, Options, Package, Style, emit};
 use grafsynth_driver::c_proof::prove_c;
 use grafsynth_ir::Valid;
+use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{Evolution, Leaf, Net, Policy};
+use grafsynth_ir::program::Origin;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, facts};
@@ -206,13 +208,10 @@ fn features_of(net: &Net) -> Vec<&'static str> {
     all.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
 }
 
-/// The share of charts with all features of Grafcet, except calls and tasks, whose C is proved; the rest stays open, which is no error.
+/// The share of charts with all features of Grafcet whose C is proved; the rest stays open, which is no error.
 #[test]
 fn most_charts_of_all_features_are_proved() {
     let base = Features {
-        tasks: false,
-        sharing: false,
-        externs: false,
         max_steps: rounds(12, 24) as usize,
         ..Features::everything().without_statecharts()
     };
@@ -374,4 +373,119 @@ void own_step(";
     assert!(proved(&net, &edited).is_err(), "the query");
     let edited = changed(&package, "own.c", "out->green = true;", "out->green = false;");
     assert!(proved(&net, &edited).is_err(), "the reset");
+}
+
+/// Calls of lists, of steps, of tasks and during an emergency; conditions that an edge, a receptivity and an action read.
+const CALLS: &str = "chart calls {
+    tick 10 ms
+    evolution single
+    conflict priority
+    input go, stop
+    extern condition ready(), level(): int 0..300, door()
+    extern action move(int 0..9, bool), beep(), log(int -5..5)
+    output lamp
+    var n: int 0..20
+    emergency stop
+    initial step rest { lamp if level() > 200 }
+    step work {
+        move(n, go)
+        budget 5
+        task one cost 2 { n := n + 1; log(n - 3) }
+        task two cost 3 { beep(); log(1); if n > 3 { beep() } }
+    }
+    step wait { move(7, not go) if n > 2 }
+    rest -> work when go and ready() do { log(n); beep() }
+    work -> wait when work.done and (level() < 100 or ready())
+    wait -> rest when rise(door()) or n > 15 do { beep(); log(2); n := 0 }
+}
+";
+
+#[test]
+fn calls_and_tasks_are_proved_and_wrong_calls_are_not() {
+    let net = chart("calls.graf", CALLS);
+    for style in [Style::Switch, Style::Tables, Style::Bits] {
+        let Some(package) = emitted(&net, style, Io::Members) else { continue };
+        if let Err(why) = proved(&net, &package) {
+            panic!("{}: {why}", package.style);
+        }
+        let text = &package.files.iter().find(|file| file.name == "own.c").expect("a file").text;
+        let lines: Vec<&str> = text.lines().collect();
+        let is_call = |line: &str| {
+            let line = line.trim();
+            ["move(", "beep(", "log("].iter().any(|name| line.starts_with(name))
+        };
+        let asks = |line: &str| {
+            line.trim_end().ends_with("();") && line.contains(" = ") && !is_call(line)
+        };
+        let mut wrong: Vec<Vec<String>> = Vec::new();
+        for at in 0..lines.len() {
+            let copy = || lines.iter().map(|line| (*line).to_owned()).collect::<Vec<_>>();
+            if is_call(lines[at]) {
+                // Lost, made twice, with another argument, and in another order.
+                let mut lost = copy();
+                lost[at] = ";".to_owned();
+                let mut twice = copy();
+                twice[at] = format!("{}{}", lines[at], lines[at]);
+                wrong.extend([lost, twice]);
+                if !lines[at].contains("()") {
+                    let mut other = copy();
+                    other[at] = lines[at].replacen('(', "(1 - ", 1);
+                    wrong.push(other);
+                }
+                if lines.get(at + 1).is_some_and(|next| is_call(next) && *next != lines[at]) {
+                    let mut swapped = copy();
+                    swapped.swap(at, at + 1);
+                    wrong.push(swapped);
+                }
+            } else if asks(lines[at]) {
+                let mut twice = copy();
+                twice[at] = format!("{}{}", lines[at], lines[at].trim().replace("bool ", ""));
+                wrong.push(twice);
+            }
+        }
+        assert!(wrong.len() >= 20, "{}: {} mutants", package.style, wrong.len());
+        for mutant in wrong {
+            let mutant = mutant.join("\n") + "\n";
+            let mut edited = package.clone();
+            for file in edited.files.iter_mut().filter(|file| file.name == "own.c") {
+                file.text.clone_from(&mutant);
+            }
+            assert!(proved(&net, &edited).is_err(), "{}:\n{mutant}", package.style);
+        }
+        // At reset, in a query, and a function of the same name that does nothing.
+        for (file, old, new) in [
+            ("own.c", "void own_init(own_t *self, own_out_t *out)\n{\n", "void own_init(own_t *self, own_out_t *out)\n{\n    beep();\n"),
+            ("own.c", "void own_init(own_t *self, own_out_t *out)\n{\n", "void own_init(own_t *self, own_out_t *out)\n{\n    (void)ready();\n"),
+            ("own.c", "void own_stop(own_out_t *out)\n{\n", "void own_stop(own_out_t *out)\n{\n    beep();\n"),
+            ("own.c", "void own_init(", "void beep(void) { }\nvoid own_init("),
+        ] {
+            let edited = changed(&package, file, old, new);
+            assert!(proved(&net, &edited).is_err(), "{}: {new}", package.style);
+        }
+    }
+}
+
+/// A member that no proof relates to the chart, and that `own_init` does not set, has no value in the first reaction, whatever the reaction does with it.
+#[test]
+fn a_member_that_was_never_set_must_not_be_read() {
+    let net = chart("lights.graf", LIGHTS);
+    let mut package = emitted(&net, Style::Switch, Io::Members).expect("the style supports it");
+    // `calm.t` is never read, so the proof has no time for it.
+    let calm = net.steps.iter().find(|(_, step)| step.name.text == "calm").expect("a step").0;
+    let hint = package.representation.as_mut().expect("the style has a representation");
+    hint.state.push((Place::member("extra"), Holds::Piece(Origin::Elapsed(calm), 0)));
+    let package = changed(&package, "own.h", "} own_t;", "    uint8_t extra;\n} own_t;");
+    assert!(proved(&net, &package).is_ok(), "nothing uses it: {:?}", proved(&net, &package));
+    let body = "own_in_t *in, uint16_t dt, own_out_t *out)\n{\n";
+    let with = |lines: &str| changed(&package, "own.c", body, &format!("{body}    {lines}\n"));
+    let written = with("self->extra = 1U; self->extra = (uint8_t)(self->extra & 2U);");
+    assert!(proved(&net, &written).is_ok(), "{:?}", proved(&net, &written));
+    for lines in [
+        "self->extra = (uint8_t)(self->extra & 0U);",
+        "if (self->extra > 3U) { (void)in; }",
+        "if (in->car) { self->extra = 0U; } if (dt > 5U) { (void)self->extra; }",
+    ] {
+        let why = proved(&net, &with(lines)).expect_err("it reads what was never set");
+        assert!(why.contains("never set"), "{lines}: {why}");
+    }
 }
