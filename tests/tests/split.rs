@@ -207,7 +207,8 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             });
             let (ty, call) = actions?;
             let argument = call.arguments.first_mut()?;
-            *argument = if ty.is_bool() { argument.clone().not() } else { Expr::int(ty.bounds().1) };
+            *argument =
+                if ty.is_bool() { argument.clone().not() } else { Expr::int(ty.bounds().1) };
             "a call is changed"
         }
         _ => {

@@ -357,7 +357,8 @@ impl Wanted<'_> {
             Shown::Fires(_) => None,
         };
         let own: Vec<Call> = maker.called.iter().filter_map(old).collect();
-        let is_own = |call: &&Call| part.outputs.values().any(|it| *it == Shown::Output(call.output));
+        let is_own =
+            |call: &&Call| part.outputs.values().any(|it| *it == Shown::Output(call.output));
         let whole: Vec<Call> = self.of.calls.iter().filter(is_own).cloned().collect();
         let apart = calls::differ(&mut maker.aig, &own, &whole)?;
         pairs.extend(apart.into_iter().map(|given| Pair {

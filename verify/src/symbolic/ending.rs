@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::CompareOp;
-use grafsynth_ir::net::{
-    ActionId, Driver, Emission, ExternCall, Output, OutputId, Qualifier,
-};
+use grafsynth_ir::net::{ActionId, Driver, Emission, ExternCall, Output, OutputId, Qualifier};
 use grafsynth_ir::program::ActionPart;
 
 use super::aig::Lit;

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Param, Policy, Schedule,
-    StepId, StepKind, StmtKind, TransitionId,
+    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Param, Policy,
+    Schedule, StepId, StepKind, StmtKind, TransitionId,
 };
 
 use super::aig::{Aig, Lit};

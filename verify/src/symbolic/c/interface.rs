@@ -242,10 +242,8 @@ impl Attempt<'_> {
         let made = std::mem::take(&mut self.program.calls);
         let asked = std::mem::take(&mut self.program.asked);
         let apart = calls::differ(self.aig(), &made, wanted)?;
-        let mut checks: Vec<Check> = apart
-            .into_iter()
-            .map(|broken| Check { question: Question::Calls, broken })
-            .collect();
+        let mut checks: Vec<Check> =
+            apart.into_iter().map(|broken| Check { question: Question::Calls, broken }).collect();
         for (at, (_, name)) in self.of.hint.conditions.iter().enumerate() {
             let ways = self.function(name).and_then(|function| asked.get(&function));
             let Some(ways) = ways else { continue };

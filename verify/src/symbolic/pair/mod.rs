@@ -19,7 +19,7 @@ use super::reaction::Reaction;
 use super::state::{Key, Shape, Value};
 use super::{Model, SharedInput};
 use crate::limits::Limits;
-use crate::pair::{Common, CommonColumn, RowPair, Rows, Side};
+use crate::pair::{Common, RowPair, Rows, Side};
 
 pub(crate) use diagram::{Diagram, diagram};
 pub(crate) use induction::{Equalities, Induction, induction};
