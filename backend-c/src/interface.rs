@@ -5,7 +5,7 @@ use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::times::Ticks;
 use grafsynth_ir::instance::{Place, Representation};
-use grafsynth_ir::net::{Net, Var, VarOrigin};
+use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
 /// The data that a caller of the emitted functions must know; the harness is generated from them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,6 +70,8 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
         );
         (id, place)
     });
+    let conditions = net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern);
+    let actions = net.outputs.iter().filter(|(_, output)| output.is_extern());
     let prefix = &names.prefix;
     let active = |step| (step, format!("{prefix}_active_{}", names.steps[step]));
     let shown = net.steps.iter().filter(|(_, step)| !step.hidden);
@@ -83,6 +85,8 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
         active: shown.map(|(step, _)| active(step)).collect(),
         vars: vars.map(|(var, _)| (var, format!("{prefix}_var_{}", names.vars[var]))).collect(),
         fault: program.has_fault.then(|| format!("{prefix}_fault")),
+        conditions: conditions.map(|(id, _)| (id, names.inputs[id].clone())).collect(),
+        actions: actions.map(|(id, _)| (id, names.outputs[id].clone())).collect(),
         locals: program.locals.clone(),
     }
 }

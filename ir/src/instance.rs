@@ -22,6 +22,10 @@ pub struct Representation {
     pub vars: Vec<(VarId, String)>,
     /// The function that returns the fault, if there is one.
     pub fault: Option<String>,
+    /// The functions of the user's library that are extern conditions.
+    pub conditions: Vec<(InputId, String)>,
+    /// The functions of the user's library that are extern actions.
+    pub actions: Vec<(OutputId, String)>,
     /// For a statechart: the contents of the locals of `PREFIX_step` at the start of each round of its evolution.
     pub locals: Vec<(Local, Carried)>,
 }

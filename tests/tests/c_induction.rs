@@ -6,7 +6,9 @@
 use grafsynth_backend_c::{Io, Options, Package, Style, emit};
 use grafsynth_driver::c_proof::prove_c;
 use grafsynth_ir::Valid;
+use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{Evolution, Leaf, Net, Policy};
+use grafsynth_ir::program::Origin;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, facts};
@@ -206,13 +208,10 @@ fn features_of(net: &Net) -> Vec<&'static str> {
     all.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
 }
 
-/// The share of charts with all features of Grafcet, except calls and tasks, whose C is proved; the rest stays open, which is no error.
+/// The share of charts with all features of Grafcet whose C is proved; the rest stays open, which is no error.
 #[test]
 fn most_charts_of_all_features_are_proved() {
     let base = Features {
-        tasks: false,
-        sharing: false,
-        externs: false,
         max_steps: rounds(12, 24) as usize,
         ..Features::everything().without_statecharts()
     };
@@ -374,4 +373,130 @@ void own_step(";
     assert!(proved(&net, &edited).is_err(), "the query");
     let edited = changed(&package, "own.c", "out->green = true;", "out->green = false;");
     assert!(proved(&net, &edited).is_err(), "the reset");
+}
+
+/// Calls of lists, of steps, of tasks and during an emergency; conditions that an edge, a receptivity and an action read.
+const CALLS: &str = "chart calls {
+    tick 10 ms
+    evolution single
+    conflict priority
+    input go, stop
+    extern condition ready(), level(): int 0..300, door()
+    extern action move(int 0..9, bool), beep(), note(int -5..5)
+    output lamp
+    var n: int 0..20
+    emergency stop
+    initial step rest { lamp if level() > 200 }
+    step work {
+        move(n, go)
+        budget 5
+        task one cost 2 { n := n + 1; note(n - 3) }
+        task two cost 3 { beep(); note(1); if n > 3 { beep() } }
+    }
+    step wait { move(7, not go) if n > 2 }
+    rest -> work when go and ready() do { note(n); beep() }
+    work -> wait when work.done and (level() < 100 or ready())
+    wait -> rest when rise(door()) or n > 15 do { beep(); note(2); n := 0 }
+}
+";
+
+/// The package with another text of `own.c`.
+fn with_source(package: &Package, text: &str) -> Package {
+    let mut edited = package.clone();
+    for file in edited.files.iter_mut().filter(|file| file.name == "own.c") {
+        text.clone_into(&mut file.text);
+    }
+    edited
+}
+
+/// All changes of one line of `own.c`: a call that is lost, made twice, made with another argument or after the next one; a condition that is asked twice.
+fn wrong_calls(package: &Package) -> Vec<String> {
+    let text = &package.files.iter().find(|file| file.name == "own.c").expect("a file").text;
+    let lines: Vec<&str> = text.lines().collect();
+    let is_call =
+        |line: &str| ["move(", "beep(", "note("].iter().any(|name| line.trim().starts_with(name));
+    let mut all = Vec::new();
+    for (at, line) in lines.iter().enumerate() {
+        let with = |changed: &str| {
+            let mut lines = lines.clone();
+            lines[at] = changed;
+            lines.join("\n") + "\n"
+        };
+        if is_call(line) {
+            all.extend([with(";"), with(&format!("{line}{line}"))]);
+            if !line.contains("()") {
+                all.push(with(&line.replacen('(', "(1 - ", 1)));
+            }
+            if lines.get(at + 1).is_some_and(|next| is_call(next) && next != line) {
+                let mut lines = lines.clone();
+                lines.swap(at, at + 1);
+                all.push(lines.join("\n") + "\n");
+            }
+        } else if let Some((_, call)) = line.split_once(" = ").filter(|it| it.1.ends_with("();")) {
+            all.push(with(&format!("{line} (void){call}")));
+        }
+    }
+    all
+}
+
+#[test]
+fn calls_and_tasks_are_proved_and_wrong_calls_are_not() {
+    let without_tasks: Vec<&str> =
+        CALLS.lines().filter(|it| !it.contains("task ") && !it.contains("budget")).collect();
+    let without_tasks = without_tasks.join("\n");
+    for (text, styles) in [
+        (CALLS, &[Style::Bits][..]),
+        (&without_tasks, &[Style::Switch, Style::Tables, Style::Bits]),
+    ] {
+        let net = chart("calls.graf", text);
+        for style in styles {
+            let Some(package) = emitted(&net, *style, Io::Members) else { continue };
+            if let Err(why) = proved(&net, &package) {
+                panic!("{}: {why}", package.style);
+            }
+            let wrong = wrong_calls(&package);
+            assert!(wrong.len() >= 12, "{}: {} mutants", package.style, wrong.len());
+            for mutant in wrong {
+                let edited = with_source(&package, &mutant);
+                assert!(proved(&net, &edited).is_err(), "{}:\n{mutant}", package.style);
+            }
+            // At reset, at a stop, and a function of the same name that does nothing.
+            let init = "void own_init(own_t *self, own_out_t *out)\n{\n";
+            let stop = "void own_stop(own_t *self, own_out_t *out)\n{\n";
+            for (file, old, new) in [
+                ("own.c", init, format!("{init}    beep();\n")),
+                ("own.c", init, format!("{init}    (void)ready();\n")),
+                ("own.h", stop, format!("{stop}    beep();\n")),
+                ("own.c", init, format!("void beep(void) {{ }}\n{init}")),
+            ] {
+                let edited = changed(&package, file, old, &new);
+                assert!(proved(&net, &edited).is_err(), "{}: {new}", package.style);
+            }
+        }
+    }
+}
+
+/// A member that no proof relates to the chart, and that `own_init` does not set, has no value in the first reaction, whatever the reaction does with it.
+#[test]
+fn a_member_that_was_never_set_must_not_be_read() {
+    let net = chart("lights.graf", LIGHTS);
+    let mut package = emitted(&net, Style::Switch, Io::Members).expect("the style supports it");
+    // `calm.t` is never read, so the proof has no time for it.
+    let calm = net.steps.iter().find(|(_, step)| step.name.text == "calm").expect("a step").0;
+    let hint = package.representation.as_mut().expect("the style has a representation");
+    hint.state.push((Place::member("extra"), Holds::Piece(Origin::Elapsed(calm), 0)));
+    let package = changed(&package, "own.h", "} own_t;", "    uint8_t extra;\n} own_t;");
+    assert!(proved(&net, &package).is_ok(), "nothing uses it: {:?}", proved(&net, &package));
+    let body = "own_in_t *in, uint16_t dt, own_out_t *out)\n{\n";
+    let with = |lines: &str| changed(&package, "own.c", body, &format!("{body}    {lines}\n"));
+    let written = with("self->extra = 1U; self->extra = (uint8_t)(self->extra & 2U);");
+    assert!(proved(&net, &written).is_ok(), "{:?}", proved(&net, &written));
+    for lines in [
+        "self->extra = (uint8_t)(self->extra & 0U);",
+        "if (self->extra > 3U) { (void)in; }",
+        "if (in->car) { self->extra = 0U; } if (dt > 5U) { (void)self->extra; }",
+    ] {
+        let why = proved(&net, &with(lines)).expect_err("it reads what was never set");
+        assert!(why.contains("never set"), "{lines}: {why}");
+    }
 }

@@ -482,7 +482,7 @@ impl<'a> Emit<'a> {
 
     /// Calls the extern conditions that a temp's value mentions; those of a receptivity are called only while its transition is enabled.
     fn ask_for_role(&mut self, value: &Expr, role: TempRole) -> Vec<Node> {
-        let when = if let TempRole::Fireable(transition) = role {
+        let when = if let TempRole::Fireable(transition) | TempRole::Fire(transition) = role {
             self.enabled(transition)
         } else {
             Vec::new()

@@ -16,10 +16,11 @@
 use grafsynth_ir::Valid;
 use grafsynth_ir::division::{Division, PartNet, Shown, Source};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Driver, Evolution, Net, StepId, TransitionId};
+use grafsynth_ir::net::{Evolution, Net, StepId, TransitionId};
 use grafsynth_ir::program::Origin;
 
 use super::aig::{Aig, Lit};
+use super::calls::{self, Call};
 use super::number::Number;
 use super::reaction::{Inputs, Maker, Reaction};
 use super::shared::Shared;
@@ -80,6 +81,12 @@ impl From<String> for Failed {
     }
 }
 
+/// A reaction with the calls that it makes.
+struct Calling {
+    reaction: Reaction,
+    calls: Vec<Call>,
+}
+
 struct Proof<'a> {
     model: Model<'a>,
     shared: Shared,
@@ -108,19 +115,13 @@ fn prove(
         inputs.dt = Some(Number::from_code(model.aig(), &bits, 0));
         inputs.tick = Lit::TRUE;
     }
-    let reset = model.maker.reset()?;
+    let reset = Calling { reaction: model.maker.reset()?, calls: model.maker.called.clone() };
     let next = model.maker.reaction(&state, &inputs)?;
+    let next = Calling { reaction: next, calls: model.maker.called.clone() };
     let fires = model.maker.fired.first().cloned().unwrap_or_default();
     let mut proof = Proof { model, shared: Shared::new(), facts, limits, compared: 0, same: 0 };
     for part in &division.parts {
         proof.part(net, part, (&state, &inputs), &reset, &next, &fires)?;
-    }
-    let has_arguments = net.outputs.values().any(
-        |output| matches!(&output.driver, Driver::Extern { params, .. } if !params.is_empty()),
-    );
-    if has_arguments {
-        let reason = "the arguments of function calls are not compared (everything else is proved)";
-        return Err(Failed::Open(reason.to_owned()));
     }
     let scope = if one_tick { Scope::OneTick } else { Scope::EveryStimulus };
     Ok(Joined { compared: proof.compared, same: proof.same, scope })
@@ -168,8 +169,8 @@ impl Proof<'_> {
         net: &Net,
         part: &PartNet,
         (state, inputs): (&State, &Inputs),
-        reset: &Reaction,
-        next: &Reaction,
+        reset: &Calling,
+        next: &Calling,
         fires: &[Lit],
     ) -> Result<(), Failed> {
         let aig = std::mem::replace(self.model.aig(), Aig::new());
@@ -200,13 +201,13 @@ impl Proof<'_> {
         maker: &mut Maker<'_>,
         (net, part): (&Net, &PartNet),
         (state, inputs): (&State, &Inputs),
-        (reset, next): (&Reaction, &Reaction),
+        (reset, next): (&Calling, &Calling),
         fires: &[Lit],
     ) -> Result<Vec<Pair>, Failed> {
         let whole = &self.model.maker.shape;
         // 1. The reset.
         let own = maker.reset()?;
-        let of_reset = Wanted { net, whole, reaction: reset, fires: &[] };
+        let of_reset = Wanted { net, whole, of: reset, fires: &[] };
         let mut pairs = of_reset.pairs(maker, part, &own, true)?;
         // 2. The wires do not depend on wires.
         let given = seen(maker, whole, net, part, state)?;
@@ -232,7 +233,7 @@ impl Proof<'_> {
             given,
             at_reset: false,
         }));
-        let of_next = Wanted { net, whole, reaction: next, fires };
+        let of_next = Wanted { net, whole, of: next, fires };
         pairs.extend(of_next.pairs(maker, part, &own, false)?);
         Ok(pairs)
     }
@@ -309,7 +310,7 @@ fn independent(
 struct Wanted<'a> {
     net: &'a Net,
     whole: &'a Shape,
-    reaction: &'a Reaction,
+    of: &'a Calling,
     /// What fires; empty at reset.
     fires: &'a [Lit],
 }
@@ -323,7 +324,7 @@ impl Wanted<'_> {
         own: &Reaction,
         at_reset: bool,
     ) -> Result<Vec<Pair>, Failed> {
-        let given = seen(maker, self.whole, self.net, part, &self.reaction.state)?;
+        let given = seen(maker, self.whole, self.net, part, &self.of.reaction.state)?;
         let shape = maker.shape.clone();
         let wanted = shape.bits(&part.net, &mut maker.aig, &given);
         let own_bits = shape.bits(&part.net, &mut maker.aig, &own.state);
@@ -338,7 +339,7 @@ impl Wanted<'_> {
             .collect();
         for (id, shown) in part.outputs.iter() {
             let wanted = match shown {
-                Shown::Output(old) => self.reaction.outputs[old.index()].clone(),
+                Shown::Output(old) => self.of.reaction.outputs[old.index()].clone(),
                 Shown::Fires(old) => {
                     vec![self.fires.get(old.index()).copied().unwrap_or(Lit::FALSE)]
                 }
@@ -351,6 +352,21 @@ impl Wanted<'_> {
                 at_reset,
             }));
         }
+        let old = |call: &Call| match part.outputs[call.output] {
+            Shown::Output(output) => Some(Call { output, ..call.clone() }),
+            Shown::Fires(_) => None,
+        };
+        let own: Vec<Call> = maker.called.iter().filter_map(old).collect();
+        let is_own =
+            |call: &&Call| part.outputs.values().any(|it| *it == Shown::Output(call.output));
+        let whole: Vec<Call> = self.of.calls.iter().filter(is_own).cloned().collect();
+        let apart = calls::differ(&mut maker.aig, &own, &whole)?;
+        pairs.extend(apart.into_iter().map(|given| Pair {
+            what: What::Calls,
+            wanted: Lit::FALSE,
+            given,
+            at_reset,
+        }));
         Ok(pairs)
     }
 }
@@ -367,6 +383,7 @@ enum What {
     Bit(Key),
     Output(usize),
     Decision(usize),
+    Calls,
 }
 
 impl What {
@@ -376,6 +393,9 @@ impl What {
             What::Output(at) => {
                 let output = part.net.outputs.values().nth(*at).map(|it| it.name.text.as_str());
                 format!("output `{}` of part `{name}`", output.unwrap_or_default())
+            }
+            What::Calls => {
+                format!("number, order or arguments of the calls of part `{name}`")
             }
             What::Decision(at) => {
                 let transition =

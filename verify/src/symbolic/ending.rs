@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::CompareOp;
-use grafsynth_ir::net::{ActionId, Driver, Emission, Output, OutputId, Qualifier};
+use grafsynth_ir::net::{ActionId, Driver, Emission, ExternCall, Output, OutputId, Qualifier};
 use grafsynth_ir::program::ActionPart;
 
 use super::aig::Lit;
+use super::calls::Call;
 use super::number::Number;
 use super::reaction::{Maker, Unsupported};
 use super::state::{State, Value, held_of};
@@ -205,6 +206,7 @@ impl Maker<'_> {
         let net = self.net;
         let mut all = Vec::new();
         let emergency = self.emergency(state);
+        self.called = self.calls.clone();
         for (id, output) in net.outputs.iter() {
             let code = match &output.driver {
                 Driver::Continuous(emissions) => vec![self.continuous(state, id, emissions)],
@@ -224,21 +226,9 @@ impl Maker<'_> {
                 },
                 Driver::Controlled(action) => vec![state.q[action.index()]],
                 Driver::Extern { calls, .. } => {
-                    // Lists call actions even during the emergency.
-                    let mut asks = Vec::new();
-                    let mut ways = self.calls.get(&id).cloned().unwrap_or_default();
-                    for call in calls {
-                        let condition = call
-                            .condition
-                            .as_ref()
-                            .map_or(Lit::TRUE, |condition| self.flag(state, condition));
-                        let had_ended = self.part_had_ended(net.steps[call.step].part);
-                        let active = state.active[call.step.index()];
-                        asks.push(self.aig.and_all([active, condition, !had_ended]));
-                    }
-                    let asks = self.aig.or_all(asks);
-                    ways.push(self.aig.and(asks, !emergency));
-                    self.called.insert(id, ways.clone());
+                    self.continuous_calls(state, id, calls, emergency);
+                    let own = self.called.iter().filter(|call| call.output == id);
+                    let ways: Vec<Lit> = own.map(|call| call.when).collect();
                     all.push(vec![self.aig.or_all(ways)]);
                     continue;
                 }
@@ -246,6 +236,39 @@ impl Maker<'_> {
             all.push(self.forced(output, code, emergency));
         }
         all
+    }
+
+    /// The call of a continuous extern action: that of the first active step whose condition is true, if there is no emergency [C22].
+    fn continuous_calls(
+        &mut self,
+        state: &State,
+        output: OutputId,
+        calls: &[ExternCall],
+        emergency: Lit,
+    ) {
+        let mut calls: Vec<&ExternCall> = calls.iter().collect();
+        calls.sort_by_key(|call| call.step);
+        let mut asks = Vec::new();
+        for call in &calls {
+            let condition =
+                call.condition.as_ref().map_or(Lit::TRUE, |condition| self.flag(state, condition));
+            let had_ended = self.part_had_ended(self.net.steps[call.step].part);
+            let active = state.active[call.step.index()];
+            asks.push(self.aig.and_all([active, condition, !had_ended]));
+        }
+        if calls.first().is_some_and(|first| first.arguments.is_empty()) {
+            let any = self.aig.or_all(asks);
+            let when = self.aig.and(any, !emergency);
+            self.called.push(Call { output, when, arguments: Vec::new() });
+            return;
+        }
+        let mut free = !emergency;
+        for (call, asks) in calls.into_iter().zip(asks) {
+            let when = self.aig.and(free, asks);
+            let call = self.call(state, when, output, &call.arguments);
+            self.called.push(call);
+            free = self.aig.and(free, !asks);
+        }
     }
 
     /// The value of a continuous output: charts that have ended contribute what they showed when they ended [C20].

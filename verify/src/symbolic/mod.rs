@@ -16,6 +16,7 @@
 mod aig;
 mod asserts;
 pub mod c;
+mod calls;
 mod codes;
 mod cofactor;
 mod composed;

@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::net::{
-    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Policy, Schedule,
-    StepId, StepKind, StmtKind, TransitionId,
+    Block, Driver, Emission, Evolution, Expr, InputKind, Leaf, Net, OutputId, Param, Policy,
+    Schedule, StepId, StepKind, StmtKind, TransitionId,
 };
 
 use super::aig::{Aig, Lit};
+use super::calls::Call;
 use super::forced::{ForcedChart, forced_charts};
 use super::number::Number;
 use super::state::{Shape, State, Value, held_of, is_move};
@@ -81,9 +82,10 @@ pub(crate) struct Maker<'n> {
     pub(super) free: Vec<Lit>,
     /// The forced charts; a chart comes after those that force it.
     pub(super) forced: Vec<ForcedChart>,
-    pub(super) calls: BTreeMap<OutputId, Vec<Lit>>,
-    /// The conditions of every call in the last reaction, by extern action.
-    pub(super) called: BTreeMap<OutputId, Vec<Lit>>,
+    /// The calls of lists, bodies and tasks in the last reaction, in their order.
+    pub(in crate::symbolic) calls: Vec<Call>,
+    /// All calls of the last reaction, in their order.
+    pub(in crate::symbolic) called: Vec<Call>,
     /// With simultaneous assignments: the values that every list of the micro-step reads.
     pub(super) frozen: Option<Box<State>>,
     /// The transitions that fire in the last reaction, micro-step by micro-step.
@@ -135,8 +137,8 @@ impl<'n> Maker<'n> {
             decided: Vec::new(),
             free: Vec::new(),
             forced: forced_charts(net)?,
-            calls: BTreeMap::new(),
-            called: BTreeMap::new(),
+            calls: Vec::new(),
+            called: Vec::new(),
             frozen: None,
             statechart,
         };
@@ -373,8 +375,9 @@ impl<'n> Maker<'n> {
                     state.raised[event.index()] =
                         self.aig.or(state.raised[event.index()], condition);
                 }
-                StmtKind::Call { output, .. } => {
-                    self.calls.entry(*output).or_default().push(condition)
+                StmtKind::Call { output, arguments } => {
+                    let call = self.call(reads, condition, *output, arguments);
+                    self.calls.push(call);
                 }
                 StmtKind::If { condition: asked, then, otherwise } => {
                     let asked = self.read(reads, asked).flag();
@@ -392,6 +395,36 @@ impl<'n> Maker<'n> {
             }
             self.frozen = frozen;
         }
+    }
+
+    /// A call of an extern action; an argument is assigned to its parameter, so it is saturated.
+    pub(super) fn call(
+        &mut self,
+        state: &State,
+        when: Lit,
+        output: OutputId,
+        arguments: &[Expr],
+    ) -> Call {
+        let net = self.net;
+        let params: &[Param] = match &net.outputs[output].driver {
+            Driver::Extern { params, .. } => params,
+            Driver::Continuous(_)
+            | Driver::Mealy(_)
+            | Driver::Fires(_)
+            | Driver::Stored(_)
+            | Driver::Controlled(_) => &[],
+        };
+        let mut all = Vec::new();
+        for (argument, param) in arguments.iter().zip(params) {
+            all.push(match (self.read(state, argument), param.ty) {
+                (Value::Number(number), Type::Int { lo, hi }) => {
+                    self.saturate(when, &number, lo, hi)
+                }
+                (Value::Number(number), Type::Bool) => number,
+                (Value::Flag(lit), _) => Number::from_code(&mut self.aig, &[lit], 0),
+            });
+        }
+        Call { output, when, arguments: all }
     }
 
     // ---- the reaction ----

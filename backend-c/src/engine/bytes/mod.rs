@@ -262,7 +262,8 @@ impl<'a> Assembler<'a> {
         match stmt {
             Stmt::Set(temp, value) => {
                 let role = self.program.temps[*temp].role;
-                let when = if let TempRole::Fireable(transition) = role {
+                let when = if let TempRole::Fireable(transition) | TempRole::Fire(transition) = role
+                {
                     self.enabled(transition)
                 } else {
                     Vec::new()

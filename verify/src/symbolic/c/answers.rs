@@ -262,6 +262,14 @@ impl Attempt<'_> {
             Question::Var(at) => {
                 format!("`{}` may differ from the chart", self.of.hint.vars[*at].1)
             }
+            Question::Calls => {
+                "number, order or arguments of the calls of extern actions may differ from the chart"
+                    .to_owned()
+            }
+            Question::CalledTwice(at) => {
+                let name = &self.of.hint.conditions[*at].1;
+                format!("the extern condition `{name}` may be called twice in a reaction")
+            }
             Question::Obligation(what, _, _) => {
                 format!("the C may have undefined behaviour (it {what})")
             }

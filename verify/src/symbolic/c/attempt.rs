@@ -44,6 +44,8 @@ pub(super) struct Attempt<'a> {
     pub(super) exclusive: Vec<(usize, Lit)>,
     /// Conditions that are true in every state of the instance that the hint describes.
     pub(super) assumed: Vec<Lit>,
+    /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
+    pub(super) unset: Vec<usize>,
     /// Variables that no statement changes, beside those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
 }
@@ -92,6 +94,7 @@ impl<'a> Attempt<'a> {
             invariants: Vec::new(),
             exclusive: Vec::new(),
             assumed: Vec::new(),
+            unset: Vec::new(),
             constant_in_loop: BTreeSet::new(),
         };
         let is_queue =
@@ -129,9 +132,15 @@ impl<'a> Attempt<'a> {
     pub(super) fn reset(&mut self) -> Result<Vec<Check>, String> {
         let Reaction { state, outputs, fault } =
             self.with_model(|this| this.model.maker.reset())?;
+        let wanted = self.model.maker.called.clone();
         let mut memory = self.memory(None)?;
+        self.link();
         self.call("_init", &mut memory, None)?;
-        let mut checks = self.related(&state, fault, &memory)?;
+        if !self.program.asked.is_empty() {
+            return Err(format!("`{}_init` calls an extern condition", self.of.hint.prefix));
+        }
+        let mut checks = self.call_checks(&wanted)?;
+        checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         checks.extend(self.queries(&state, Some(fault), &memory)?);
         if self.of.net.settings.policy.is_statechart() {
@@ -149,6 +158,7 @@ impl<'a> Attempt<'a> {
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         let Reaction { state: next, outputs, fault } =
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
+        let wanted = self.model.maker.called.clone();
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let mut checks = Vec::new();
@@ -157,7 +167,9 @@ impl<'a> Attempt<'a> {
             checks.extend(self.stopped(&memory)?);
         }
         let start = memory.clone();
+        self.link();
         self.call("_step", &mut memory, Some(&dt))?;
+        checks.extend(self.call_checks(&wanted)?);
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
         }

@@ -98,12 +98,13 @@ impl Subject<'_> {
         let checks = reset.reset()?;
         let settled = reset.settle_all(&checks, false, &mut total);
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
+        let this = Subject { unset: &reset.unset, ..self };
         let name = format!("{}_step", self.hint.prefix);
         let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();
         for cut in cuts {
             let mut proved = total;
-            match self.prove_cut(cut, &mut proved) {
+            match this.prove_cut(cut, &mut proved) {
                 Ok(()) => return Ok(proved),
                 Err(reason) => why = reason,
             }
@@ -170,10 +171,13 @@ impl<'a> Attempt<'a> {
         checks.extend(self.queries(&state, None, &memory)?);
         checks.extend(self.stopped(&memory)?);
         let start = memory.clone();
+        self.link();
         let first = self.enter(cut, &mut memory)?;
         self.is_kept(&memory, &start)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         let state = self.with_model(|this| this.model.maker.start_of_evolution(&state, &inputs));
+        let wanted = self.model.maker.calls.clone();
+        checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.within(Place::Start, &state, &memory)?);
         let locals = self.locals(&memory, first, &BTreeSet::new());
         let none = Number::constant(0);
@@ -216,6 +220,8 @@ impl<'a> Attempt<'a> {
         let before = self.with_model(|this| this.model.maker.run_now());
         let mut state = self.state.clone();
         self.with_model(|this| this.model.maker.one_check(&mut state))?;
+        let wanted = self.model.maker.calls.clone();
+        checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.within(Place::Check, &state, &after)?);
         let one = Number::constant(1);
         let next = Number::arith(self.aig(), grafsynth_ir::expr::ArithOp::Add, &count, &one);
@@ -241,6 +247,8 @@ impl<'a> Attempt<'a> {
         let state = self.state.clone();
         let Reaction { state, outputs, fault } =
             self.with_model(|this| this.model.maker.rest_of_reaction(state))?;
+        let wanted = self.model.maker.called.clone();
+        checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         if let Some(name) = &self.of.hint.fault {
@@ -287,9 +295,11 @@ impl<'a> Attempt<'a> {
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let start = memory.clone();
+        self.link();
         let first = self.enter(cut, &mut memory)?;
         // The first part has proved them.
         self.program.obligations.clear();
+        self.link();
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         self.with_model(|this| this.model.maker.any_run(&state, &inputs, goes_on));
         // The run changes below.

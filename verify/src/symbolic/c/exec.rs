@@ -10,10 +10,12 @@ use grafsynth_c::tree::{
     Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
 };
 use grafsynth_c::walk::each_item;
+use grafsynth_ir::net::OutputId;
 
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
+use crate::symbolic::calls::Call;
 
 /// The maximum number of statements and expressions that are executed, with those of other paths.
 const MAX_WORK: u64 = 20_000_000;
@@ -38,6 +40,14 @@ pub(super) struct Obligation {
     pub(super) loc: Loc,
 }
 
+/// A function of the user's library.
+#[derive(Debug, Clone)]
+pub(super) enum Extern {
+    /// An extern condition, with its value in this reaction.
+    Condition(Scalar),
+    Action(OutputId),
+}
+
 struct Function<'u> {
     params: &'u [SymbolId],
     body: &'u [Stmt],
@@ -55,6 +65,12 @@ pub(super) struct Program<'u> {
     /// The condition of the current path.
     pub(super) here: Lit,
     pub(super) obligations: Vec<Obligation>,
+    /// The functions of the user's library that may be called.
+    pub(super) externs: BTreeMap<SymbolId, Extern>,
+    /// The calls of extern actions so far.
+    pub(super) calls: Vec<Call>,
+    /// For each extern condition that was called, the conditions of its calls.
+    pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
     /// The number of objects so far, also of those that ended.
     n_objects: usize,
     work: u64,
@@ -116,6 +132,9 @@ impl<'u> Program<'u> {
             frames: vec![BTreeMap::new()],
             here: Lit::TRUE,
             obligations: Vec::new(),
+            externs: BTreeMap::new(),
+            calls: Vec::new(),
+            asked: BTreeMap::new(),
             n_objects: 0,
             work: 0,
             depth: 0,
@@ -188,6 +207,9 @@ impl<'u> Program<'u> {
     ) -> Done<Option<Scalar>> {
         let data = &self.unit.symbols[function];
         let Some(Function { params, body }) = self.functions.get(&function) else {
+            if let Some(known) = self.externs.get(&function).cloned() {
+                return self.call_extern(function, known, &arguments);
+            }
             return Err(format!(
                 "`{}` is called, but its definition is not in the text",
                 data.name
@@ -222,6 +244,33 @@ impl<'u> Program<'u> {
         let memories = ends.into_iter().map(|(when, memory, _)| (when, memory)).collect();
         *memory = Memory::merge(&mut self.aig, memories, first);
         Ok(value)
+    }
+
+    /// Records a call of a function of the user's library, which cannot change an object of the program.
+    fn call_extern(
+        &mut self,
+        function: SymbolId,
+        known: Extern,
+        arguments: &[Scalar],
+    ) -> Done<Option<Scalar>> {
+        let output = match known {
+            Extern::Condition(value) => {
+                self.asked.entry(function).or_default().push(self.here);
+                return Ok(Some(value));
+            }
+            Extern::Action(output) => output,
+        };
+        let mut numbers = Vec::new();
+        for argument in arguments {
+            match argument {
+                Scalar::Int(value) => numbers.push(value.number(&mut self.aig)),
+                Scalar::Pointer(_) => {
+                    return Err("a pointer passed to an extern action is not supported".to_owned());
+                }
+            }
+        }
+        self.calls.push(Call { output, when: self.here, arguments: numbers });
+        Ok(None)
     }
 
     /// Begins a call that is executed in parts, by [`Program::straight`] and [`Program::once`].

@@ -10,6 +10,7 @@ use grafsynth_ir::instance::Place;
 use grafsynth_ir::net::Output;
 
 use super::attempt::{Attempt, Structures};
+use super::exec::Extern;
 use super::memory::{
     Address, Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Object, Pointer, Scalar, member_offset,
     n_cells,
@@ -18,6 +19,7 @@ use super::net_values::{differs, scalar};
 use super::question::{Check, Question};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
+use crate::symbolic::calls::{self, Call};
 use crate::symbolic::number::Number;
 use crate::symbolic::state::{State, Value};
 
@@ -47,10 +49,12 @@ impl Attempt<'_> {
             }
         }
         let mut cells = unset(self.of.unit, instance);
-        for ((place, _), value) in self.of.hint.state.iter().zip(state.unwrap_or(&[])) {
-            let (at, kind) = self.cell_of(instance, place)?;
+        for (number, value) in state.unwrap_or(&[]).iter().enumerate() {
+            let (at, kind) = self.cell_of(instance, &self.of.hint.state[number].0)?;
             let value = self.typed(value.clone(), kind);
-            cells[at] = Rc::new(Cell::of(value));
+            // A reaction that reads it before it writes it may read a value that was never set.
+            let unset = Lit::constant(self.of.unset.contains(&number));
+            cells[at] = Rc::new(Cell { unset, ..Cell::of(value) });
         }
         let mut memory = Memory::default();
         self.program.object(&mut memory, cells);
@@ -201,6 +205,58 @@ impl Attempt<'_> {
             arguments.push(Scalar::Pointer(vec![(pointer, Lit::TRUE)]));
         }
         Ok(arguments)
+    }
+
+    /// From here on, the functions of the user's library may be called. Forgets earlier calls.
+    pub(super) fn link(&mut self) {
+        let hint = self.of.hint;
+        self.program.calls.clear();
+        self.program.asked.clear();
+        let conditions = hint.conditions.iter().filter(|(input, name)| {
+            let ty = self.of.net.inputs[*input].ty;
+            self.function(name).is_some_and(|function| self.returns(function, ty))
+        });
+        let conditions = conditions.map(|(input, name)| {
+            (name, Extern::Condition(scalar(&self.inputs.values[input.index()])))
+        });
+        let actions = hint.actions.iter().map(|(output, name)| (name, Extern::Action(*output)));
+        let named = conditions.chain(actions);
+        let all = named.filter_map(|(name, known)| Some((self.function(name)?, known))).collect();
+        self.program.externs = all;
+    }
+
+    /// True if the function returns a type that has all values of a type of the net, and for `bool` only these.
+    fn returns(&self, function: SymbolId, ty: NetType) -> bool {
+        let result = self.of.unit.symbols[function].canonical.ty.as_function();
+        let Some(kind) = result.and_then(|it| self.of.unit.integer(&it.result.ty)) else {
+            return false;
+        };
+        let (lo, hi) = ty.bounds();
+        let is_value = |value| self.of.unit.machine.wrap(value, kind) == value;
+        ty.is_bool() == (kind == IntKind::Bool) && is_value(lo.into()) && is_value(hi.into())
+    }
+
+    /// The checks that the calls since [`Attempt::link`] are those of the chart. From here on, no function of the user's library may be called.
+    pub(super) fn call_checks(&mut self, wanted: &[Call]) -> Result<Vec<Check>, String> {
+        self.program.externs.clear();
+        let made = std::mem::take(&mut self.program.calls);
+        let asked = std::mem::take(&mut self.program.asked);
+        let apart = calls::differ(self.aig(), &made, wanted)?;
+        let mut checks: Vec<Check> =
+            apart.into_iter().map(|broken| Check { question: Question::Calls, broken }).collect();
+        for (at, (_, name)) in self.of.hint.conditions.iter().enumerate() {
+            let ways = self.function(name).and_then(|function| asked.get(&function));
+            let Some(ways) = ways else { continue };
+            let aig = &mut self.program.aig;
+            let (mut once, mut twice) = (Lit::FALSE, Lit::FALSE);
+            for way in ways {
+                let again = aig.and(once, *way);
+                twice = aig.or(twice, again);
+                once = aig.or(once, *way);
+            }
+            checks.push(Check { question: Question::CalledTwice(at), broken: twice });
+        }
+        Ok(checks)
     }
 
     /// The answer of a query, which must not change anything.

@@ -80,5 +80,5 @@ pub fn prove(
 ) -> Result<Induction, String> {
     let functions = &question::functions_of(unit);
     let further = &cover(net).further;
-    Subject { net, facts, further, unit, functions, hint, limits }.prove()
+    Subject { net, facts, further, unit, functions, hint, unset: &[], limits }.prove()
 }

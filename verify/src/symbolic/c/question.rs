@@ -27,6 +27,10 @@ pub(super) enum Question {
     Active(usize),
     /// The function that returns a variable, by its number in the hint.
     Var(usize),
+    /// The calls of extern actions in a reaction.
+    Calls,
+    /// An extern condition that is called more than once in a reaction, by its number in the hint.
+    CalledTwice(usize),
     /// An operation that C may leave undefined, with its location.
     Obligation(&'static str, u32, usize),
     /// A scalar of the instance, by its number in the hint, whose meaning requires that some states exclude each other.
@@ -115,5 +119,7 @@ pub(super) struct Subject<'a> {
     pub(super) unit: &'a Unit,
     pub(super) functions: &'a Functions<'a>,
     pub(super) hint: &'a Representation,
+    /// The members, by their number in the hint, that are no part of the relation and that `NAME_init` may leave without a value.
+    pub(super) unset: &'a [usize],
     pub(super) limits: &'a Limits,
 }

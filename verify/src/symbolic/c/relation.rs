@@ -251,6 +251,9 @@ impl Attempt<'_> {
         let mut checks = Vec::new();
         for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
             let question = Question::State(at);
+            if self.of.unset.contains(&at) {
+                continue;
+            }
             let cell = self.read(memory, INSTANCE, self.structures.instance, place)?;
             let value = match (&cell.value, holds) {
                 (Some(Scalar::Int(value)), _) => value.clone(),
@@ -259,6 +262,8 @@ impl Attempt<'_> {
                         && *origin != Origin::Fault
                         && queue_of(*origin).is_none() =>
                 {
+                    // Nothing may read it before a reaction writes it.
+                    self.unset.push(at);
                     continue;
                 }
                 _ => return Err(format!("`{}` is not set", place.member)),

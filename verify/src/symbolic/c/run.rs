@@ -73,8 +73,16 @@ impl<'a> Interpreter<'a> {
         state: &[(Place, Holds)],
         limits: &'a Limits,
     ) -> Result<Self, String> {
-        let subject =
-            Subject { net, facts, further: &[], unit, functions, hint: interface, limits };
+        let subject = Subject {
+            net,
+            facts,
+            further: &[],
+            unit,
+            functions,
+            hint: interface,
+            unset: &[],
+            limits,
+        };
         let mut attempt = Attempt::new(subject, None)?;
         let blank = attempt.memory(None)?;
         let element = |(place, holds): &(Place, Holds)| match holds {

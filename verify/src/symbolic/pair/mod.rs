@@ -12,13 +12,14 @@ use grafsynth_ir::net::{Evolution, Net, OutputId};
 use grafsynth_sim::ColumnKind;
 
 use super::aig::{Aig, Lit};
+use super::calls::{self, Call};
 use super::number::Number;
 use super::reach::{Failed, initial, legal_inputs, longest_time};
 use super::reaction::Reaction;
 use super::state::{Key, Shape, Value};
 use super::{Model, SharedInput};
 use crate::limits::Limits;
-use crate::pair::{Common, CommonColumn, RowPair, Rows, Side};
+use crate::pair::{Common, RowPair, Rows, Side};
 
 pub(crate) use diagram::{Diagram, diagram};
 pub(crate) use induction::{Equalities, Induction, induction};
@@ -87,7 +88,6 @@ impl<'q> Joint<'q> {
         for net in nets {
             super::reaction::refuse_open_cells(net)?;
         }
-        check_calls(question)?;
         if nets.iter().any(|net| net.settings.policy.is_statechart()) {
             return Err(Failed::Open(crate::symbolic::reaction::STATECHART.to_owned()));
         }
@@ -192,25 +192,11 @@ impl<'q> Joint<'q> {
     }
 }
 
-/// Returns an error if some call has arguments, because they are not encoded here.
-fn check_calls(question: &Question<'_>) -> Result<(), String> {
-    let Common { columns, layouts, .. } = question.common;
-    let has_arguments = |column: &&CommonColumn| {
-        matches!(layouts.0.columns[column.left].kind, ColumnKind::Calls(_))
-    };
-    columns.iter().find(has_arguments).map_or(Ok(()), |column| {
-        Err(format!(
-            "calls with arguments (`{}`) are not covered by the symbolic proof",
-            column.name
-        ))
-    })
-}
-
 /// For each compared column, whether it differs.
 fn differences(
     aig: &mut Aig,
     question: &Question<'_>,
-    reactions: &[(Reaction, Calls)],
+    reactions: &[(Reaction, Vec<Call>)],
 ) -> Result<Vec<Lit>, String> {
     let [left, right] = reactions else { return Err("there are two nets".to_owned()) };
     let Common { columns, layouts, steps, .. } = question.common;
@@ -229,6 +215,17 @@ fn differences(
             differ.push(aig.or_all(apart));
             continue;
         }
+        if let (ColumnKind::Calls(a), ColumnKind::Calls(b)) = (ours, theirs) {
+            let [a, b] = [(left, a), (right, b)].map(|((_, calls), output)| {
+                let own = calls.iter().filter(|call| call.output == output);
+                // The same function may be another output in the other net.
+                own.map(|call| Call { output: OutputId::from_index(0), ..call.clone() }).collect()
+            });
+            let (a, b): (Vec<Call>, Vec<Call>) = (a, b);
+            let apart = calls::differ(aig, &a, &b)?;
+            differ.push(aig.or_all(apart));
+            continue;
+        }
         let a = shown(aig, question.left, left, ours);
         let b = shown(aig, question.right, right, theirs);
         differ.push(Number::compare(aig, CompareOp::Ne, &a, &b));
@@ -236,14 +233,11 @@ fn differences(
     Ok(differ)
 }
 
-/// For each extern action, the conditions of its calls.
-type Calls = BTreeMap<OutputId, Vec<Lit>>;
-
 /// The number in a column after a reaction.
 fn shown(
     aig: &mut Aig,
     net: &Net,
-    (reaction, calls): &(Reaction, Calls),
+    (reaction, calls): &(Reaction, Vec<Call>),
     kind: ColumnKind,
 ) -> Number {
     let of_value = |aig: &mut Aig, value: Option<&Value>| match value {
@@ -254,8 +248,8 @@ fn shown(
     match kind {
         ColumnKind::Output(id) if net.outputs[id].is_extern() => {
             let mut count = Number::constant(0);
-            for call in calls.get(&id).into_iter().flatten() {
-                let one = Number::from_code(aig, &[*call], 0);
+            for call in calls.iter().filter(|call| call.output == id) {
+                let one = Number::from_code(aig, &[call.when], 0);
                 count = Number::arith(aig, ArithOp::Add, &count, &one);
             }
             count
