@@ -10,9 +10,11 @@
 
 mod file;
 mod link;
+mod table;
 
 pub use file::{Written, read, write};
 pub use link::{Linked, link, link_on_host};
+pub use table::table;
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};
@@ -81,7 +83,7 @@ pub struct RequestedPart {
 }
 
 /// What a split is made from.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// The parts: chips first, the CPU last.
     pub parts: &'a [RequestedPart],
@@ -156,6 +158,12 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
                 }
                 return Err(part.built.found);
             }
+            if let Some(misfit) = misfit(&part) {
+                let message = format!("`{}` does not fit: {misfit}", requested.name);
+                last = vec![Diagnostic::error(DOES_NOT_FIT, message)];
+                unfit = Some(at);
+                break;
+            }
             parts.push(part);
         }
         if let Some(part) = unfit {
@@ -178,6 +186,11 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     );
     last.insert(0, Diagnostic::error(codes::NO_PARTITION, message));
     Err(last)
+}
+
+/// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.
+fn misfit(part: &BuiltPart) -> Option<&str> {
+    part.built.chips.first()?.misfit.as_deref()
 }
 
 /// True if the net measures time.

@@ -8,6 +8,7 @@ use crate::files;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::progress;
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::codes;
 use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
 use grafsynth_driver::read::Design;
@@ -78,7 +79,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         know(session, net, &part.built.lines);
     }
     let link = match split::link(net, &split, &parts, &stem) {
-        Ok(link) => link.files,
+        Ok(link) => link,
         Err(errors) => {
             found.extend(errors);
             session.show(&found);
@@ -86,7 +87,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
             return Err(Stop::Errors);
         }
     };
-    finish(session, arguments, net, &stem, (split, &parts), (made_of, link), found)
+    let table = arguments.table.then(|| split::table(net, &split, &link, &request));
+    let exit = finish(session, arguments, net, &stem, (split, &parts), (made_of, link.files), found)?;
+    if let Some(table) = table {
+        session.tell(&format!("\n{table}\n"));
+    }
+    Ok(exit)
 }
 
 /// Writes the files, all or none, and reports what is proved.
@@ -127,6 +133,9 @@ fn finish(
         // A partition that the user gave, perhaps edited, is not overwritten.
         let keep_existing = arguments.with.is_some();
         outputs.push(files::Output { name, bytes: text.into_bytes(), keep_existing });
+        if exit == Exit::Open {
+            outputs.iter_mut().for_each(note_unproved);
+        }
         let read = session.paths();
         let folder = &arguments.output;
         files::Plan { folder, stem: stem.as_str(), made_of, read, outputs }.write()?;
@@ -137,7 +146,9 @@ fn finish(
         let lines: Vec<OutputReport> = part.built.lines.clone();
         say(session, own, None, &lines, None)?;
     }
-    session.tell(&format!("{}\n", joined(&split)));
+    let (status, message) = joined(&split);
+    let answer = Answer::new(About::Output, "joined parts", status, message.as_str());
+    session.answer(&answer, &format!("joined parts: {message}\n"));
     if let Some(why) = unwritten {
         session.tell(&format!("nothing was written: {why}\n"));
     }
@@ -165,22 +176,52 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
 }
 
 /// Whether the joined parts are the chart.
-fn joined(split: &Split) -> String {
+fn joined(split: &Split) -> (Status, String) {
     match &split.joined {
-        Verdict::Proved(proof) => format!(
-            "joined parts: proved equal to the chart {} ({}, {} by construction)",
-            proof.scope,
-            counted(proof.compared, "function", "functions"),
-            proof.same
-        ),
+        Verdict::Proved(proof) => {
+            let functions = counted(proof.compared, "function", "functions");
+            let message = format!(
+                "proved equal to the chart {} ({functions}, {} by construction)",
+                proof.scope, proof.same
+            );
+            (Status::Proved, message)
+        }
         Verdict::Refuted(apart) => {
-            format!("joined parts: NOT equal to the chart: {} differs, {}", apart.what, apart.when)
+            let message = format!("NOT equal to the chart: {} differs, {}", apart.what, apart.when);
+            (Status::Refuted, message)
         }
         Verdict::Open(open) => {
             let reasons: Vec<String> = open.reasons.iter().map(ToString::to_string).collect();
-            format!("joined parts: open whether they are the chart: {}", reasons.join("; "))
+            (Status::Open, format!("open whether they are the chart: {}", reasons.join("; ")))
         }
     }
+}
+
+/// What the head of each text says if a proof of the split is open.
+const UNPROVED: &str = "A proof of this split is open: see the output of grafsynth split.";
+
+/// Adds that sentence to the head of a text, as a comment of its language. A drawing has no head.
+fn note_unproved(output: &mut files::Output) {
+    let Ok(text) = String::from_utf8(output.bytes.clone()) else { return };
+    let extension = output.name.rsplit('.').next().unwrap_or_default();
+    let noted = match extension {
+        "c" | "h" | "pld" => format!("/* {UNPROVED} */\n{text}"),
+        "md" => format!("{UNPROVED}\n\n{text}"),
+        "split" => format!("# {UNPROVED}\n{text}"),
+        "jed" => in_jedec(&text).unwrap_or(text),
+        _ => text,
+    };
+    output.bytes = noted.into_bytes();
+}
+
+/// A fuse map with the sentence at the start of its design specification, with a new checksum: the sum of all bytes from STX to ETX.
+fn in_jedec(text: &str) -> Option<String> {
+    let (before, rest) = text.split_once('\u{2}')?;
+    let (design, after) = rest.split_once('\u{3}')?;
+    let design = format!("\u{2}{UNPROVED}\n{design}\u{3}");
+    let sum = design.bytes().fold(0_u16, |sum, byte| sum.wrapping_add(u16::from(byte)));
+    let after = after.get(4..)?;
+    Some(format!("{before}{design}{sum:04X}{after}"))
 }
 
 /// The options of the builds of the parts.

@@ -25,6 +25,8 @@ pub struct Linked {
     pub chips: Vec<ChipPins>,
     /// The microcontroller.
     pub cpu: &'static Cpu,
+    /// The time of one wait for the chips, in nanoseconds.
+    pub settle_ns: u64,
     /// The prefix of its functions: NAME in `NAME_link_round`.
     pub name: String,
     /// How a program calls its functions.
@@ -103,7 +105,8 @@ fn link_on(
     all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&request, &link)));
     all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&request, &link)));
     let calls = calls(&request, &link);
-    Ok(Linked { link, chips, cpu, name, calls, files: all })
+    let settle_ns = u64::from(request.timing.settle_ns);
+    Ok(Linked { link, chips, cpu, settle_ns, name, calls, files: all })
 }
 
 /// The pins of a fitted chip by the meaning of its signals.
