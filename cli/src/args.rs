@@ -434,9 +434,12 @@ pub(crate) struct Split {
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// Write the outputs even if a proof is open; the exit code is then 4.
+    /// Write the outputs even if a proof is open; each text then says so in its head, and the exit code is 4.
     #[arg(long)]
     pub(crate) unproved: bool,
+    /// Also print what the chart costs on each chip alone, on the CPU alone, and as the split.
+    #[arg(long)]
+    pub(crate) table: bool,
     #[command(flatten)]
     pub(crate) limits: Limits,
     #[command(flatten)]

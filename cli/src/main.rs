@@ -11,6 +11,7 @@ mod load;
 mod memory;
 mod named;
 mod numbers;
+mod partition;
 mod progress;
 mod render;
 mod report;

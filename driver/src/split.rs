@@ -11,9 +11,11 @@
 mod file;
 mod link;
 mod search;
+mod table;
 
 pub use file::{Written, read, write};
 pub use link::{Linked, Round, link, link_on_host, rounded};
+pub use table::table;
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};
@@ -79,7 +81,7 @@ pub struct RequestedPart {
 }
 
 /// The parts, places and options of a split.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
     /// The parts: chips first, the CPU last.
     pub parts: &'a [RequestedPart],
@@ -170,6 +172,11 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     });
     let joined = joined(net, &facts, &division, one_tick, &request.options.limits);
     Ok(Split { groups, partition, value, bound, division, parts, joined, unfit })
+}
+
+/// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.
+fn misfit(part: &BuiltPart) -> Option<&str> {
+    part.built.chips.first()?.misfit.as_deref()
 }
 
 /// True if the net measures time.

@@ -5,6 +5,7 @@ use crate::evidence;
 use crate::exit::Exit;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
+use crate::partition;
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
@@ -226,7 +227,7 @@ impl Choice {
     /// The engine for a net.
     ///
     /// # Errors
-    /// There is no split: see [`super::split::engine`].
+    /// There is no split: see [`partition::engine`].
     pub(super) fn engine(
         self,
         session: &Session,
@@ -237,7 +238,7 @@ impl Choice {
             Choice::Plain(engine) => Ok(engine),
             Choice::Split(of_cpu) => {
                 let path = with.unwrap_or_default();
-                Ok(Box::new(super::split::engine(session, net, path, of_cpu)?))
+                Ok(Box::new(partition::engine(session, net, path, of_cpu)?))
             }
         }
     }

@@ -5,25 +5,19 @@ use super::build_results::{know, say};
 use crate::args::Split as Arguments;
 use crate::exit::Exit;
 use crate::files;
-use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
+use crate::partition::{FITS, Written, partition_file, parts, places};
 use crate::progress;
-use grafsynth_driver::codes;
+use crate::report::{About, Answer, Status};
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{
-    self, Linked, Objective, PartDevice, Place, Request, RequestedPart, Split,
-};
+use grafsynth_driver::split::{self, Linked, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
-use grafsynth_engines::{OfCpu, SplitEngine};
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Span, Valid, counted};
+use grafsynth_ir::{Valid, counted};
 use grafsynth_verify::verdict::Verdict;
-
-/// The partitions that are built to improve on the first one that fits.
-const FITS: usize = 8;
 
 pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, Stop> {
     let file = &arguments.input.file;
@@ -93,7 +87,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
             return Err(Stop::Errors);
         }
     };
-    finish(session, arguments, net, &stem, (split, &parts), (made_of, link), found)
+    let table = arguments.table.then(|| split::table(net, &split, &link, &request));
+    let exit = finish(session, arguments, net, &stem, (split, &parts), (made_of, link), found)?;
+    if let Some(table) = table {
+        session.tell(&format!("\n{table}\n"));
+    }
+    Ok(exit)
 }
 
 /// Writes the files, all or none, and reports what is proved.
@@ -134,6 +133,9 @@ fn finish(
         // A partition that the user gave, perhaps edited, is not overwritten.
         let keep_existing = arguments.with.is_some();
         outputs.push(files::Output { name, bytes: text.into_bytes(), keep_existing });
+        if exit == Exit::Open {
+            outputs.iter_mut().for_each(note_unproved);
+        }
         let read = session.paths();
         let folder = &arguments.output;
         files::Plan { folder, stem: stem.as_str(), made_of, read, outputs }.write()?;
@@ -146,7 +148,9 @@ fn finish(
     }
     session.tell(&format!("minimised: {}\n", split.said(arguments.minimise)));
     session.tell(&format!("{}\n", round(&link)));
-    session.tell(&format!("{}\n", joined(&split)));
+    let (status, message) = joined(&split);
+    let answer = Answer::new(About::Output, "joined parts", status, message.as_str());
+    session.answer(&answer, &format!("joined parts: {message}\n"));
     if let Some(why) = unwritten {
         session.tell(&format!("nothing was written: {why}\n"));
     }
@@ -189,22 +193,52 @@ fn round(link: &Linked) -> String {
 }
 
 /// The verdict on the joined parts.
-fn joined(split: &Split) -> String {
+fn joined(split: &Split) -> (Status, String) {
     match &split.joined {
-        Verdict::Proved(proof) => format!(
-            "joined parts: proved equal to the chart {} ({}, {} by construction)",
-            proof.scope,
-            counted(proof.compared, "function", "functions"),
-            proof.same
-        ),
+        Verdict::Proved(proof) => {
+            let functions = counted(proof.compared, "function", "functions");
+            let message = format!(
+                "proved equal to the chart {} ({functions}, {} by construction)",
+                proof.scope, proof.same
+            );
+            (Status::Proved, message)
+        }
         Verdict::Refuted(apart) => {
-            format!("joined parts: DIFFER from the chart: {}, {}", apart.what, apart.when)
+            let message = format!("DIFFER from the chart: {}, {}", apart.what, apart.when);
+            (Status::Refuted, message)
         }
         Verdict::Open(open) => {
             let reasons: Vec<String> = open.reasons.iter().map(ToString::to_string).collect();
-            format!("joined parts: open: {}", reasons.join("; "))
+            (Status::Open, format!("open: {}", reasons.join("; ")))
         }
     }
+}
+
+/// What the head of each text says if a proof of the split is open.
+const UNPROVED: &str = "A proof of this split is open: see the output of grafsynth split.";
+
+/// Adds that sentence to the head of a text, as a comment of its language. A drawing has no head.
+fn note_unproved(output: &mut files::Output) {
+    let Ok(text) = String::from_utf8(output.bytes.clone()) else { return };
+    let extension = output.name.rsplit('.').next().unwrap_or_default();
+    let noted = match extension {
+        "c" | "h" | "pld" => format!("/* {UNPROVED} */\n{text}"),
+        "md" => format!("{UNPROVED}\n\n{text}"),
+        "split" => format!("# {UNPROVED}\n{text}"),
+        "jed" => in_jedec(&text).unwrap_or(text),
+        _ => text,
+    };
+    output.bytes = noted.into_bytes();
+}
+
+/// A fuse map with the sentence at the start of its design specification, with a new checksum: the sum of all bytes from STX to ETX.
+fn in_jedec(text: &str) -> Option<String> {
+    let (before, rest) = text.split_once('\u{2}')?;
+    let (design, after) = rest.split_once('\u{3}')?;
+    let design = format!("\u{2}{UNPROVED}\n{design}\u{3}");
+    let sum = design.bytes().fold(0_u16, |sum, byte| sum.wrapping_add(u16::from(byte)));
+    let after = after.get(4..)?;
+    Some(format!("{before}{design}{sum:04X}{after}"))
 }
 
 /// The options of the builds of the parts.
@@ -217,186 +251,4 @@ fn options(arguments: &Arguments, stem: &FileStem) -> BuildOptions {
         limits: arguments.limits.limits(),
         ..BuildOptions::default()
     }
-}
-
-/// A partition file with its path, for messages.
-#[derive(Clone, Copy)]
-struct Written<'a> {
-    path: Option<&'a str>,
-    partition: &'a split::Written,
-}
-
-/// A net with the parts of a partition file, as an engine. Nothing is proved.
-///
-/// # Errors
-/// A partition file that cannot be read; findings about the split, which were shown.
-pub(super) fn engine(
-    session: &Session,
-    net: &Valid<Net>,
-    path: &str,
-    of_cpu: OfCpu,
-) -> Result<SplitEngine, Stop> {
-    let partition = partition_file(path)?;
-    let parts = parts(&[], &partition)?;
-    let written = Written { path: Some(path), partition: &partition };
-    let places = places(session, net, &[], written, &parts)?;
-    let stem = FileStem::of_name(&net.name.text);
-    let options = BuildOptions {
-        stem: Some(stem.clone()),
-        dont_cares: true,
-        trusts_code: true,
-        ..BuildOptions::default()
-    };
-    let objective = Objective::default();
-    let request = Request {
-        parts: &parts,
-        places: &places,
-        objective,
-        fits: FITS,
-        stem: &stem,
-        options: &options,
-    };
-    let engine = split::split(net, &request)
-        .and_then(|split| SplitEngine::new(net, split, &parts, &stem, of_cpu));
-    engine.map_err(|found| {
-        session.show(&found);
-        Stop::Errors
-    })
-}
-
-fn partition_file(path: &str) -> Result<split::Written, Stop> {
-    let text = files::read_text(path, 1 << 20).map_err(Stop::Input)?;
-    split::read(&text).map_err(|wrong| {
-        let lines: Vec<String> =
-            wrong.into_iter().map(|(line, what)| format!("{path}:{line}: {what}")).collect();
-        Stop::Input(lines.join("\n"))
-    })
-}
-
-/// The parts from the options or, if there are none, from the partition file.
-fn parts(options: &[String], written: &split::Written) -> Result<Vec<RequestedPart>, Stop> {
-    let mut all: Vec<(String, String)> = Vec::new();
-    for text in options {
-        let Some((name, device)) = text.split_once('=') else {
-            return Err(Stop::Usage(format!("expected --part NAME=DEVICE, found `{text}`")));
-        };
-        all.push((name.to_owned(), device.to_owned()));
-    }
-    if all.is_empty() {
-        all.clone_from(&written.parts);
-    }
-    let mut parts: Vec<RequestedPart> = Vec::new();
-    for (name, device) in all {
-        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if name.is_empty() || !name.chars().all(is_word) {
-            return Err(Stop::Usage(format!(
-                "`{name}` cannot be the name of a part: use letters, digits and `_`"
-            )));
-        }
-        if ["link", "link_pins", "wiring"].contains(&name.as_str()) {
-            return Err(Stop::Usage(format!(
-                "a part cannot be called `{name}`: files of the link have this name"
-            )));
-        }
-        if parts.iter().any(|part| part.name == name) {
-            return Err(Stop::Usage(format!("two parts have the name `{name}`")));
-        }
-        let Some(found) = PartDevice::named(&device) else {
-            let near = PartDevice::near(&device)
-                .map(|near| format!(", did you mean `{near}`?"))
-                .unwrap_or_default();
-            return Err(Stop::Usage(format!(
-                "unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
-            )));
-        };
-        parts.push(RequestedPart { name, device: found });
-    }
-    let is_cpu = |part: &RequestedPart| matches!(part.device, PartDevice::Cpu(_));
-    if parts.len() < 2 || parts.iter().filter(|part| is_cpu(part)).count() != 1 {
-        return Err(Stop::Usage(
-            "a split needs one CPU and at least one chip, for example `--part chip=gal22v10 --part cpu=atmega328p`"
-                .to_owned(),
-        ));
-    }
-    parts.sort_by_key(is_cpu);
-    Ok(parts)
-}
-
-/// The places from the chart, the partition file and the options.
-fn places(
-    session: &Session,
-    net: &Net,
-    options: &[String],
-    written: Written<'_>,
-    parts: &[RequestedPart],
-) -> Result<Vec<Place>, Stop> {
-    let mut all: Vec<(String, String, String)> = Vec::new();
-    for (item, part, line) in &written.partition.places {
-        let file = written.path.unwrap_or_default();
-        all.push((item.clone(), part.clone(), format!("{file}:{line}: ")));
-    }
-    for text in options {
-        // `a,b=chip,c=cpu`: the names before each `=` are placed on the part after it.
-        let mut names: Vec<&str> = Vec::new();
-        for piece in text.split(',') {
-            match piece.rsplit_once('=') {
-                None => names.push(piece),
-                Some((name, part)) => {
-                    names.push(name);
-                    let placed = names.drain(..);
-                    all.extend(placed.map(|name| {
-                        (name.trim().to_owned(), part.trim().to_owned(), String::new())
-                    }));
-                }
-            }
-        }
-        if !names.is_empty() {
-            return Err(Stop::Usage(format!("expected --place NAMES=PART, found `{text}`")));
-        }
-    }
-    let mut places = Vec::new();
-    let mut wrong = Vec::new();
-    let mut found = Vec::new();
-    let near_part = |part: &str| did_you_mean(part, parts.iter().map(|it| it.name.as_str()));
-    for placement in &net.placements {
-        let part = parts.iter().position(|it| it.name == placement.part.text);
-        match part {
-            Some(part) => places.push(Place {
-                item: split::placed_item(placement.item),
-                part,
-                span: placement.span,
-            }),
-            None => {
-                let name = &placement.part.text;
-                let message = format!("unknown part `{name}`{}", near_part(name));
-                let known: Vec<&str> = parts.iter().map(|it| it.name.as_str()).collect();
-                found.push(
-                    grafsynth_ir::Diagnostic::error(codes::NO_PARTITION, message)
-                        .at(placement.part.span, "")
-                        .help(format!("the parts are {}", known.join(", "))),
-                );
-            }
-        }
-    }
-    if !found.is_empty() {
-        session.show(&found);
-        return Err(Stop::Errors);
-    }
-    for (name, part, at) in all {
-        let item = split::item(net, &name);
-        if item.is_none() {
-            let near = did_you_mean(&name, split::item_names(net));
-            wrong.push(format!(
-                "{at}unknown step, transition, variable, output or action `{name}`{near}"
-            ));
-        }
-        let found = parts.iter().position(|it| it.name == part);
-        if found.is_none() {
-            wrong.push(format!("{at}unknown part `{part}`{}", near_part(&part)));
-        }
-        if let (Some(item), Some(part)) = (item, found) {
-            places.push(Place { item, part, span: Span::default() });
-        }
-    }
-    if wrong.is_empty() { Ok(places) } else { Err(Stop::Usage(wrong.join("\n"))) }
 }

@@ -6,7 +6,7 @@
 //! larger set is excluded too. Else this partition is built: either it fits and is the best one, or exactly this partition is excluded and the bound may rise.
 //! The search ends after a number of builds, and then the bound shows what is left.
 
-use super::{BuiltPart, PartDevice, Request, build_part, spec, unplaced};
+use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
 use crate::codes;
 use crate::pipeline;
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
@@ -199,6 +199,12 @@ impl Search<'_> {
                 let is_room = chip.built.found.iter().any(|one| one.code == DOES_NOT_FIT);
                 self.last = chip.built.found;
                 return Ok(Fit::Misfit { chip: at, is_room });
+            }
+            if let Some(misfit) = misfit(&chip) {
+                self.unfit += 1;
+                let message = format!("`{}` does not fit: {misfit}", requested.name);
+                self.last = vec![Diagnostic::error(DOES_NOT_FIT, message)];
+                return Ok(Fit::Misfit { chip: at, is_room: true });
             }
             chips.push(chip);
         }
