@@ -360,7 +360,7 @@ pub(crate) struct Check {
     /// Show notes on correct code: `conflicts` lists the conflicts that the policy decides, and which transition wins.
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',')]
     pub(crate) notes: Vec<Notes>,
-    /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd` or `.jsonl`, and those of the others to FILE-2, FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
+    /// Write the trace of the first counterexample to this file, as `.csv`, `.vcd`, `.jsonl` or `.svg`, and those of the others to FILE-2, FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
@@ -474,7 +474,7 @@ pub(crate) struct Build {
     /// Skip the proofs; C and circuits are still tested on random reactions.
     #[arg(long)]
     pub(crate) no_proof: bool,
-    /// If an output differs from the chart, write two traces that show the difference: that of the chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of
+    /// If an output differs from the chart, write two traces that show the difference: that of the chart to this file, as `.csv`, `.vcd`, `.jsonl` or `.svg`, and that of
     /// the output to FILE-2; further differences to FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE", value_parser = build_trace, value_hint = ValueHint::FilePath)]
     pub(crate) trace: Option<BuildTrace>,
@@ -563,9 +563,12 @@ pub(crate) struct Sim {
     /// Partition file (STEM.split of `split`), for the engines `split` and `split-mcu`.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) with: Option<String>,
-    /// Write the trace to this file, as `.csv`, `.vcd` or `.jsonl` (default: CSV on standard output).
+    /// Write the trace to this file, as `.csv`, `.vcd`, `.jsonl` or `.svg` with waveforms (default: CSV on standard output).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
+    /// Leave the waveforms of everything but inputs empty, for exercises.
+    #[arg(long, requires = "trace")]
+    pub(crate) blank: bool,
     /// Start from a state written by `--save`. Steps and variables are matched by name, so the chart may have changed since.
     #[arg(long, value_name = "FILE")]
     pub(crate) restore: Option<String>,
@@ -617,7 +620,7 @@ pub(crate) struct Compare {
     /// Partition file (STEM.split of `split`), for the engines `split` and `split-mcu`.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) with: Option<String>,
-    /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd` or `.jsonl`: that of the chart or of the first design to this file,
+    /// Write the traces that show a difference, up to the row of the difference, as `.csv`, `.vcd`, `.jsonl` or `.svg`: that of the chart or of the first design to this file,
     /// that of the engine or of the second design to FILE-2; further differences to FILE-3 and so on. `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
@@ -644,9 +647,26 @@ pub(crate) struct Draw {
     /// Write conditions with words (`not a and b`) instead of the signs of Grafcet.
     #[arg(long)]
     pub(crate) words: bool,
+    /// Draw a situation: the names of the active steps or states, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) active: Vec<String>,
+    /// Leave parts blank, for exercises.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub(crate) blank: Vec<BlankPart>,
     /// File to write; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+}
+
+/// What `draw --blank` leaves blank.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum BlankPart {
+    /// Contents of action boxes, and actions of states
+    Actions,
+    /// Receptivities, and labels of transitions between states
+    Receptivities,
+    /// Names of steps, states and transitions
+    Names,
 }
 
 #[derive(Debug, Args)]
@@ -713,7 +733,7 @@ pub(crate) struct Diff {
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,
-    /// If the behaviour differs, write two traces that show the difference: that of the old chart to this file, as `.csv`, `.vcd` or `.jsonl`, and that of the new
+    /// If the behaviour differs, write two traces that show the difference: that of the old chart to this file, as `.csv`, `.vcd`, `.jsonl` or `.svg`, and that of the new
     /// chart to FILE-2.
     /// `sim --stimulus FILE` replays a `.csv`.
     #[arg(long, value_name = "FILE")]

@@ -4,6 +4,8 @@
 //! `sim --stimulus FILE` replays that file if it is a `.csv`.
 
 use crate::load::{Session, Stop};
+use crate::waves::of_trace;
+use grafsynth_draw::{svg, waves};
 use grafsynth_driver::evidence::{Broken, Evidence, MOST_ROWS, Piece};
 use grafsynth_driver::source::Sources;
 use grafsynth_ir::net::Net;
@@ -17,6 +19,7 @@ enum Form {
     Csv,
     Jsonl,
     Vcd,
+    Svg,
 }
 
 /// The format of a trace file, by the extension of its name.
@@ -25,8 +28,9 @@ fn form(path: &Path) -> Result<Form, Stop> {
         Some("csv") => Ok(Form::Csv),
         Some("jsonl") => Ok(Form::Jsonl),
         Some("vcd") => Ok(Form::Vcd),
+        Some("svg") => Ok(Form::Svg),
         Some(_) | None => {
-            Err(Stop::Usage(format!("{}: a trace is .csv, .jsonl or .vcd", path.display())))
+            Err(Stop::Usage(format!("{}: a trace is .csv, .jsonl, .vcd or .svg", path.display())))
         }
     }
 }
@@ -37,7 +41,13 @@ pub(crate) fn trace_text(path: &Path, trace: &Trace) -> Result<String, Stop> {
         Form::Csv => trace.to_csv(),
         Form::Jsonl => trace.to_jsonl(),
         Form::Vcd => trace.to_vcd(),
+        Form::Svg => svg(&waves(&of_trace(trace))),
     })
+}
+
+/// True for the name of a drawing of waveforms.
+pub(crate) fn is_drawing(path: &Path) -> bool {
+    matches!(form(path), Ok(Form::Svg))
 }
 
 /// Rejects a file name without the extension of a trace format, before any other work.

@@ -17,6 +17,7 @@ mod render;
 mod report;
 mod unused_options;
 mod verbs;
+mod waves;
 
 use args::{Cli, Verb, When};
 use clap::FromArgMatches as _;

@@ -122,8 +122,12 @@ pub enum Pen {
     Detail,
     /// The border of a state, with round corners.
     State,
-    /// The line between the regions of a state.
+    /// The line between the regions of a state, and a signal without a value.
     Dashed,
+    /// The area of an active step, or below a signal that is 1.
+    Shade,
+    /// The lines between reactions.
+    Grid,
 }
 
 /// The size and weight of letters.
@@ -157,8 +161,8 @@ impl Picture {
                 Shape::Rect { x, y, .. }
                 | Shape::Text { x, y, .. }
                 | Shape::Arrow { x, y, .. }
-                | Shape::Circle { x, y, .. }
                 | Shape::Crossing { x, y } => (*x, *y) = (*x + dx, *y + dy),
+                Shape::Circle { x, y, .. } => (*x, *y) = (*x + dx, *y + dy),
                 Shape::Line { from, to, .. } => {
                     *from = (from.0 + dx, from.1 + dy);
                     *to = (to.0 + dx, to.1 + dy);
@@ -191,7 +195,7 @@ impl Picture {
     /// Adds a text, and returns its width.
     pub(crate) fn text(&mut self, (x, y): (i64, i64), text: &str, font: Font) -> i64 {
         let width = crate::text::width(text, font.size());
-        if !text.is_empty() {
+        if !text.trim().is_empty() {
             self.add(Shape::Text { x, y, text: text.to_owned(), width, font });
         }
         width

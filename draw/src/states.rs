@@ -42,6 +42,8 @@ pub(crate) struct Vertex {
     pub(crate) children: Vec<usize>,
     /// True if each child is a region.
     pub(crate) is_parallel: bool,
+    /// True for a state that is drawn as active.
+    pub(crate) is_active: bool,
     pub(crate) name: String,
     /// Comments and tags below the name.
     pub(crate) remarks: Vec<String>,
@@ -148,6 +150,7 @@ impl<'a> Reader<'a> {
             parent,
             children: Vec::new(),
             is_parallel: false,
+            is_active: false,
             name: name.to_owned(),
             remarks: Vec::new(),
             lines: Vec::new(),

@@ -14,6 +14,8 @@ const STYLE: &str = "\
     .r{stroke-dasharray:6 4}\n\
     .b{stroke-width:4}\n\
     .f{stroke:#888;stroke-width:1}\n\
+    .w{fill:#cfe0f4}\n\
+    .g{stroke:#ddd;stroke-width:1}\n\
     .x{stroke:#fff;stroke-width:4}\n\
     .a{fill:#111}\n\
     text{fill:#111;font-family:'Liberation Sans',Arimo,Arial,Helvetica,sans-serif;font-size:12px;white-space:pre}\n\
@@ -23,6 +25,8 @@ const STYLE: &str = "\
     svg{background:#16181d}\n\
     .bg{fill:#16181d}\n\
     .l,.d,.b,.u,.r{stroke:#e8e8e8}\n\
+    .w{fill:#27415f}\n\
+    .g{stroke:#33373f}\n\
     .f{stroke:#8a8f98}\n\
     .x{stroke:#16181d}\n\
     .a,text{fill:#e8e8e8}\n\
@@ -135,6 +139,8 @@ fn class(pen: Pen) -> &'static str {
         Pen::Detail => "d",
         Pen::State => "u",
         Pen::Dashed => "r",
+        Pen::Shade => "w",
+        Pen::Grid => "g",
     }
 }
 

@@ -62,6 +62,8 @@ pub(crate) struct Action {
 pub(crate) struct Symbol {
     pub(crate) kind: Kind,
     pub(crate) is_initial: bool,
+    /// True for a step with a token in it.
+    pub(crate) is_active: bool,
     pub(crate) name: String,
     /// What is written to the left of a step: `*` of an activation link, `E` and `S` of the ends of a macro.
     pub(crate) left: String,
@@ -78,6 +80,7 @@ impl Symbol {
         Symbol {
             kind,
             is_initial: false,
+            is_active: false,
             name: name.into(),
             left: String::new(),
             receptivity: None,
@@ -85,6 +88,10 @@ impl Symbol {
             remarks: Vec::new(),
             element: None,
         }
+    }
+
+    pub(crate) fn is_step(&self) -> bool {
+        matches!(self.kind, Kind::Step | Kind::MacroStep | Kind::EnclosingStep | Kind::Instance)
     }
 
     /// The symbol as a node of the graph, and its drawing with the axis at x = 0 and the upper end of its body at y = 0.
@@ -131,7 +138,13 @@ impl Symbol {
         let n_lines = i64::try_from(lines.len()).unwrap_or(1);
         let high = (n_lines * LINE + 16).max(STEP);
         let left = -wide / 2;
+        if self.is_active {
+            picture.rect((left, 0), (wide, high), Pen::Shade);
+        }
         picture.rect((left, 0), (wide, high), Pen::Line);
+        if self.is_active {
+            picture.add(Shape::Circle { x: 0, y: high - 8, radius: 3, is_filled: true });
+        }
         if self.is_initial {
             picture.rect((left + 3, 3), (wide - 6, high - 6), Pen::Detail);
         }

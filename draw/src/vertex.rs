@@ -151,9 +151,17 @@ pub(crate) fn finish(vertex: &Vertex, look: &mut Look, header: Option<i64>) {
             picture.text((x, high / 2 + 4), text, Font::Normal);
         }
         Kind::Bar => picture.line((0, 2), (wide, 2), Pen::Bar),
+        // The state around an active region is active, too.
         Kind::Region => {}
         Kind::Chart | Kind::State | Kind::Instance | Kind::Unknown => {
+            if vertex.is_active {
+                // Of a composite state, only the part with its name: its active states are in the rest.
+                picture.rect((0, 0), (wide, header.unwrap_or(high)), Pen::Shade);
+            }
             picture.rect((0, 0), (wide, high), pen);
+            if vertex.is_active {
+                picture.add(Shape::Circle { x: wide - 10, y: 10, radius: 4, is_filled: true });
+            }
             let (head, body) = compartments(vertex);
             if let Some(header) = header {
                 picture.line((0, header), (wide, header), Pen::Detail);

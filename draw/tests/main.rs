@@ -3,7 +3,9 @@
 #![allow(clippy::disallowed_methods, reason = "tests read the examples")]
 
 mod expected;
+mod gallery;
 mod random;
 mod read_back;
 mod reader;
 mod states;
+mod waves;

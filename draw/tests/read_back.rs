@@ -15,7 +15,7 @@ pub(crate) fn parsed(text: &str) -> Design {
 }
 
 fn drawn(design: &Design, words: bool) -> String {
-    svg(&layout(design, &Options { chart: None, words }).expect("it is there"))
+    svg(&layout(design, &Options { words, ..Options::default() }).expect("it is there"))
 }
 
 /// Why a drawing is not the drawing of the chart.
@@ -243,8 +243,51 @@ fn moved(line: &str) -> String {
 fn unknown_charts_are_refused() {
     use grafsynth_draw::NotDrawn;
     let chart = parsed("chart g { initial step a }");
-    let refused = layout(&chart, &Options { chart: Some("h"), words: false });
+    let refused = layout(&chart, &Options { chart: Some("h"), ..Options::default() });
     assert_eq!(refused, Err(NotDrawn::NoChart(vec!["g".to_owned()])));
+}
+
+/// A situation is drawn with a dot in each active step, and nothing else changes.
+#[test]
+fn active_steps_have_a_token() {
+    let text = "chart g { initial step a
+ step b
+ a -> b }";
+    let design = parsed(text);
+    let active = ["b".to_owned()];
+    let options = Options { active: &active, ..Options::default() };
+    let svg = svg(&layout(&design, &options).expect("it is there"));
+    assert_eq!(svg.matches("<circle").count(), 1);
+    assert_eq!(difference(&design, &Vocabulary::of(&design), &svg), None);
+    let unknown = ["c".to_owned()];
+    let refused = layout(&design, &Options { active: &unknown, ..Options::default() });
+    assert_eq!(refused, Err(grafsynth_draw::NotDrawn::NoStep("c".to_owned())));
+}
+
+/// A sheet for exercises has the boxes and lines, but not the texts.
+#[test]
+fn exercises_have_blanks() {
+    use grafsynth_draw::Blank;
+    let text = "chart g { input m
+ output R
+ initial step wait
+ step run { R if m }
+ wait -> run when m }";
+    let design = parsed(text);
+    let texts = |blank| {
+        let options = Options { blank, ..Options::default() };
+        let svg = svg(&layout(&design, &options).expect("it is there"));
+        let shapes = reader::shapes(&svg).expect("it is there");
+        let texts: Vec<String> = shapes.texts.into_iter().map(|it| it.text).collect();
+        (texts, shapes.boxes.len())
+    };
+    let (all, n_boxes) = texts(Blank::default());
+    assert_eq!(all.iter().filter(|it| *it == "m").count(), 2);
+    let (left, n_left) = texts(Blank { actions: true, receptivities: true, names: true });
+    assert!(!left.iter().any(|it| ["m", "R", "wait", "run"].contains(&it.as_str())), "{left:?}");
+    assert_eq!(n_left, n_boxes);
+    let (left, _) = texts(Blank { names: true, ..Blank::default() });
+    assert!(left.contains(&"R".to_owned()) && !left.contains(&"run".to_owned()), "{left:?}");
 }
 
 /// Texts that look like markup, and those that change the direction of what follows, do no harm.

@@ -642,6 +642,9 @@ enum End {
     Bar(Line),
 }
 
+/// The middle and radius of a circle, with its full name.
+type Named = ((i64, i64, i64), Vec<String>);
+
 #[derive(Debug, Clone)]
 struct Arrow {
     from: End,
@@ -649,11 +652,7 @@ struct Arrow {
     lines: Vec<Line>,
 }
 
-fn arrows(
-    drawing: &Drawing,
-    areas: &[Area],
-    circles: &[((i64, i64, i64), Vec<String>)],
-) -> Result<Vec<Arrow>, String> {
+fn arrows(drawing: &Drawing, areas: &[Area], circles: &[Named]) -> Result<Vec<Arrow>, String> {
     let end = |(x, y): (i64, i64)| -> Result<End, String> {
         let mut found = BTreeSet::new();
         for (index, area) in areas.iter().enumerate().filter(|(_, area)| !area.is_region) {
@@ -1029,7 +1028,7 @@ fn random(seed: u64) -> String {
     let state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut random = Random { state, n_names: 0, paths: Vec::new(), text: String::new() };
     random.text.push_str("chart random { conflict inner-first\n event go, stop, a_long_name_of_an_event\n input a, b\n output X, Y\n var n: int 0..9\n");
-    random.children(0, seed % 2 == 0);
+    random.children(0, seed.is_multiple_of(2));
     let n_transitions = 2 + random.below(2 * random.paths.len());
     for _ in 0..n_transitions {
         random.transition();

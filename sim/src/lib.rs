@@ -61,7 +61,7 @@ pub use joint::{Joint, joined_row};
 pub use notes::{Notes, Noticed, Occurrence, Writer};
 pub use row::{Effect, InputRow, Open, Row};
 pub use saved::Restored;
-pub use simulator::{Simulator, run, run_with};
+pub use simulator::{Simulator, run, run_observed, run_with};
 pub use situation::Situation;
 pub use state::State;
 pub use stimulus::{MAX_DT, Stimulus, breaks_assumption};

@@ -314,6 +314,15 @@ pub fn run(net: &Valid<Net>, stimulus: &Stimulus) -> Trace {
 
 /// Like [`run`], on a simulator that the caller keeps to read its notes; it is reset first.
 pub fn run_with(simulator: &mut Simulator<'_>, stimulus: &Stimulus) -> Trace {
+    run_observed(simulator, stimulus, &mut |_| {})
+}
+
+/// Like [`run_with`]; `observe` sees the simulator after each reaction, but not after the reset.
+pub fn run_observed(
+    simulator: &mut Simulator<'_>,
+    stimulus: &Stimulus,
+    observe: &mut dyn FnMut(&Simulator<'_>),
+) -> Trace {
     let net = simulator.net();
     let mut trace = Trace::new(TraceLayout::of(net));
     trace.push(trace.layout.row(&simulator.reset()));
@@ -326,6 +335,7 @@ pub fn run_with(simulator: &mut Simulator<'_>, stimulus: &Stimulus) -> Trace {
             trace.layout.open_all(&mut cells);
         }
         trace.push(cells);
+        observe(simulator);
     }
     trace
 }

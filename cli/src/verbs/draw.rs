@@ -1,10 +1,10 @@
 //! `grafsynth draw FILE`.
 
-use crate::args::Draw;
+use crate::args::{BlankPart, Draw};
 use crate::exit::Exit;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
-use grafsynth_draw::{NotDrawn, Options, layout, svg};
+use grafsynth_draw::{Blank, NotDrawn, Options, layout, svg};
 use grafsynth_driver::stem::FileStem;
 use std::path::PathBuf;
 
@@ -17,8 +17,21 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
             "{file} contains a net, not a chart; convert it to .graf and draw the result"
         )));
     };
-    let options = Options { chart: arguments.chart.as_deref(), words: arguments.words };
+    let is_blank = |part| arguments.blank.contains(&part);
+    let options = Options {
+        chart: arguments.chart.as_deref(),
+        words: arguments.words,
+        active: &arguments.active,
+        blank: Blank {
+            actions: is_blank(BlankPart::Actions),
+            receptivities: is_blank(BlankPart::Receptivities),
+            names: is_blank(BlankPart::Names),
+        },
+    };
     let picture = layout(chart, &options).map_err(|why| match why {
+        NotDrawn::NoStep(name) => {
+            Stop::Usage(format!("{file} contains no step or state `{name}` to draw as active"))
+        }
         NotDrawn::NoChart(names) => {
             let wanted = arguments.chart.as_deref().unwrap_or_default();
             let near = did_you_mean(wanted, names.iter().map(String::as_str));

@@ -19,7 +19,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
         return Ok(Exit::Errors);
     }
     // A page of a statechart, or of a net without a drawing, has a list of its states instead.
-    let options = Options { chart: None, words: arguments.words };
+    let options = Options { words: arguments.words, ..Options::default() };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &options).ok());
     let reference = reference(&design.net, REACTIONS);
     let text = page(&design.net, picture.as_ref(), &reference).map_err(|found| {

@@ -7,6 +7,9 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::partition;
 use crate::report::{About, Answer, Status};
+use crate::waves::of_trace;
+use grafsynth_draw::waves::Waves;
+use grafsynth_draw::{svg, waves};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
@@ -16,7 +19,7 @@ use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
 use grafsynth_sim::codes;
 use grafsynth_sim::{
-    Clocked, Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_with,
+    Clocked, Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_observed,
 };
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
@@ -29,6 +32,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     {
         let path = trace.display();
         return Err(Stop::Usage(format!("{path} would contain both the trace and the state")));
+    }
+    if arguments.blank && !arguments.trace.as_deref().is_some_and(evidence::is_drawing) {
+        return Err(Stop::Usage("--blank needs a drawing: --trace FILE.svg".to_owned()));
     }
     let with = arguments.with.as_deref();
     let engine = choice(&arguments.engine, with)?;
@@ -71,12 +77,16 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     if keeps_state && engine.name() != "ir" {
         return Err(Stop::Usage("only the engine `ir` can restore and save a state".to_owned()));
     }
+    // For each reaction after the reset, whether a transition fired.
+    let mut fired = Vec::new();
     let trace = if keeps_state {
         with_state(session, net, &stimulus, arguments)?
     } else if engine.name() == "ir" {
         // The reference simulator also reports problems to the chart's author: values cut to their range, races, faults.
         let mut simulator = Simulator::new(net);
-        let trace = run_with(&mut simulator, &stimulus);
+        let trace = run_observed(&mut simulator, &stimulus, &mut |simulator| {
+            fired.push(!simulator.fired().is_empty());
+        });
         session.show(&simulator.notes().diagnostics(net));
         trace
     } else {
@@ -85,7 +95,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             None => return Ok(Exit::Errors),
         }
     };
-    write(session, &trace, arguments)?;
+    fired.insert(0, false);
+    write(session, &trace, arguments, Some(net), fired)?;
     Ok(as_expected(session, arguments, &expected, &trace))
 }
 
@@ -193,7 +204,7 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     match grafsynth_driver::run::design_trace(design, &clocked.stimulus) {
         Ok(trace) => {
             let trace = clocked.by_rows(&design.interface, &trace);
-            write(session, &trace, arguments)?;
+            write(session, &trace, arguments, None, Vec::new())?;
             Ok(as_expected(session, arguments, &expected, &trace))
         }
         Err(found) => {
@@ -203,16 +214,27 @@ fn logic(session: &mut Session, design: &LogicDesign, arguments: &Sim) -> Result
     }
 }
 
-/// Writes the trace to the requested destination.
-fn write(session: &Session, trace: &Trace, arguments: &Sim) -> Result<(), Stop> {
-    match &arguments.trace {
-        None => crate::print(&trace.to_csv()),
-        Some(path) => {
-            let text = evidence::trace_text(path, trace)?;
-            session.write_named(vec![(path.clone(), text.into_bytes())])?;
-        }
-    }
-    Ok(())
+/// Writes the trace to the requested destination. Waveforms show the times and the reactions in which a transition `fired`, if these are known.
+fn write(
+    session: &Session,
+    trace: &Trace,
+    arguments: &Sim,
+    net: Option<&Valid<Net>>,
+    fired: Vec<bool>,
+) -> Result<(), Stop> {
+    let Some(path) = &arguments.trace else {
+        crate::print(&trace.to_csv());
+        return Ok(());
+    };
+    let text = if evidence::is_drawing(path) {
+        let title = net.map(|net| net.name.text.clone()).unwrap_or_default();
+        let tick_ns = net.map(|net| net.settings.tick_ns);
+        let is_blank = arguments.blank;
+        svg(&waves(&Waves { title, tick_ns, fired, is_blank, ..of_trace(trace) }))
+    } else {
+        evidence::trace_text(path, trace)?
+    };
+    session.write_named(vec![(path.clone(), text.into_bytes())])
 }
 
 /// An engine that the user named.
