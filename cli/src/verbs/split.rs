@@ -41,6 +41,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     let stem = FileStem::of_path(file).unwrap_or_else(|| FileStem::of_name(&net.name.text));
     let made_of = session.made_of();
     let options = options(arguments, &stem);
+    if net.board.device.is_some() {
+        session.note(
+            "the device and pins of the board are not used: `--part` names the devices, and `split` chooses the pins\n",
+        );
+    }
     let request = Request {
         parts: &parts,
         places: &places,
@@ -192,7 +197,7 @@ fn options(arguments: &Arguments, stem: &FileStem) -> BuildOptions {
 }
 
 fn partition_file(path: &str) -> Result<split::Written, Stop> {
-    let text = files::read_text(path, 1 << 20).map_err(Stop::Input)?;
+    let text = files::read_text(path, 1 << 20)?;
     split::read(&text).map_err(|wrong| {
         let lines: Vec<String> =
             wrong.into_iter().map(|(line, what)| format!("{path}:{line}: {what}")).collect();
