@@ -128,7 +128,7 @@ pub(crate) enum Verb {
     Check(Check),
     /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
-    /// Split a chart between chips and a CPU, and prove the joined parts.
+    /// Split a chart between chips and a CPU, proved equal to the chart.
     Split(Box<Split>),
     /// Simulate a design and print the trace.
     Sim(Sim),
@@ -767,7 +767,9 @@ pub(crate) fn command() -> clap::Command {
         common.iter().filter_map(|it| it.get_long()).map(|long| format!("--{long}")).collect();
     let line = format!("Common options: {}; see `grafsynth --help`.", names.join(", "));
     let command = command
-        .mut_subcommand("compare", |verb| verb.mut_arg("files", |files| files.help(COMPARED)));
+        .mut_subcommand("compare", |verb| verb.mut_arg("files", |files| files.help(COMPARED)))
+        .mut_subcommand("split", |verb| verb.mut_arg("file", |file| file.help(SPLIT)))
+        .mut_subcommand("draw", |verb| verb.mut_arg("file", |file| file.help(DRAWN)));
     command.mut_subcommands(|verb| {
         let long = match EXAMPLES.iter().find(|(name, _)| *name == verb.get_name()) {
             Some((_, examples)) => format!("Examples:\n{}\n\n{line}", examples.trim_end()),
@@ -782,6 +784,13 @@ pub(crate) fn command() -> clap::Command {
 const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or logic (.pds .pld .v .blif .pla .jed); `-` is standard input. One file, or one folder: run \
                         each design on several engines. Several files: compare the first with each of the others, in the columns that both have. Two folders: compare the \
                         charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
+
+/// The help for the file of `split`.
+const SPLIT: &str = "A chart (.graf .rules .st .xml .c .kiss2 .net) that is not a statechart; `-` is standard input";
+
+/// The help for the file of `draw`.
+const DRAWN: &str =
+    "A chart (.graf .rules .st .xml .c) that is not a statechart; `-` is standard input";
 
 /// The examples at the end of a verb's help, by verb.
 const EXAMPLES: [(&str, &str); 15] = [

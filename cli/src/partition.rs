@@ -63,7 +63,7 @@ pub(crate) fn engine(
 
 /// Reads a partition file.
 pub(crate) fn partition_file(path: &str) -> Result<split::Written, Stop> {
-    let text = files::read_text(path, 1 << 20).map_err(Stop::Input)?;
+    let text = files::read_text(path, 1 << 20)?;
     split::read(&text).map_err(|wrong| {
         let lines: Vec<String> =
             wrong.into_iter().map(|(line, what)| format!("{path}:{line}: {what}")).collect();

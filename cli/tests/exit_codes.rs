@@ -103,6 +103,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
         "good.graf --part chip=gal16v8 --part cpu=atmega328p --place nobody=chip -o out",
     ),
     ("split", 4, 2, "missing.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 4, 2, "good.graf --with missing.split"),
     ("split", 5, 2, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o good.graf/out"),
     ("sim", 0, 0, "good.graf --stimulus good.csv"),
     ("sim", 1, 1, "good.graf --stimulus bad.csv"),

@@ -22,7 +22,7 @@ use crate::pipeline::{self, BuildOptions, Built};
 use crate::stem::FileStem;
 use crate::target::Target;
 use grafsynth_backend_pld::device::Device;
-use grafsynth_ir::diag::{any_error, nearest};
+use grafsynth_ir::diag::{any_error, nearest_type};
 use grafsynth_ir::division::Division;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Leaf, Net, PlacedItem};
@@ -67,7 +67,7 @@ impl PartDevice {
     /// The known device name that is most similar to an unknown one.
     #[must_use]
     pub fn near(name: &str) -> Option<&'static str> {
-        nearest(name, Device::names().chain(CPUS.iter().map(|cpu| cpu.name)))
+        nearest_type(name, Device::names().chain(CPUS.iter().map(|cpu| cpu.name)))
     }
 }
 

@@ -187,7 +187,7 @@ fn arguments<'a>(
             last.push(token);
         }
     }
-    let message = format!("the arguments of the macro `{}` have no end", name.text);
+    let message = format!("expected `)` after the arguments of the macro `{}`", name.text);
     Err(Box::new(Diagnostic::error(codes::PREPROCESSOR, message).at(name.span, "used here")))
 }
 

@@ -109,7 +109,13 @@ impl Staging {
     /// Creates the folder and waits for its lock.
     fn wait(folder: &Path) -> Result<Self, String> {
         let cannot = |error: io::Error| format!("cannot write in {}: {error}", folder.display());
-        fs::create_dir_all(folder).map_err(cannot)?;
+        fs::create_dir_all(folder).map_err(|error| {
+            if folder.exists() {
+                format!("cannot write in {}: it is not a folder", folder.display())
+            } else {
+                cannot(error)
+            }
+        })?;
         let since = Instant::now();
         loop {
             if let Some(staging) = Self::try_begin(folder, true).map_err(cannot)? {

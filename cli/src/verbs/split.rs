@@ -45,6 +45,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     let stem = FileStem::of_path(file).unwrap_or_else(|| FileStem::of_name(&net.name.text));
     let made_of = session.made_of();
     let options = options(arguments, &stem);
+    if net.board.device.is_some() {
+        session.note(
+            "the device and pins of the board are not used: `--part` names the devices, and `split` chooses the pins\n",
+        );
+    }
     let request = Request {
         parts: &parts,
         places: &places,
