@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{
     ActionId, Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
@@ -204,13 +205,44 @@ impl Finder<'_> {
             let message = format!("a chart with {what} cannot be split yet");
             findings.push(Diagnostic::error(codes::UNSUPPORTED, message).at(span, ""));
         };
-        if net.settings.evolution != Evolution::Single {
-            refuse("the evolution `stable`", net.name.span);
+        if net.settings.policy.is_statechart() {
+            refuse("states (a statechart)", net.name.span);
+        } else if net.settings.evolution != Evolution::Single {
+            self.once_per_reaction(&mut refuse);
         }
         if let Some(open) = net.unspecified.first() {
             refuse("open cells", open.when.span);
         }
         if findings.is_empty() { Ok(()) } else { Err(findings) }
+    }
+
+    /// Refuses what happens once in a reaction of several micro-steps: each round of the parts is one micro-step, and no part knows which one is the last.
+    fn once_per_reaction(&self, refuse: &mut impl FnMut(&str, Span)) {
+        let net = self.net;
+        let stable = |what: &str| format!("the evolution `stable` and {what}");
+        for timer in net.timers.values() {
+            refuse(&stable(&format!("the free timer `{}`", timer.name)), timer.meta.span);
+        }
+        for action in net.actions.values() {
+            refuse(&stable(&format!("the controlled action `{}`", action.name)), action.meta.span);
+        }
+        for step in net.steps.values() {
+            if !step.tasks.is_empty() {
+                refuse(&stable(&format!("tasks in step `{}`", step.name)), step.meta.span);
+            }
+            if !step.code.is_empty() {
+                refuse(&stable("text in the target language"), step.meta.span);
+            }
+        }
+        for input in net.inputs.values().filter(|input| input.kind == InputKind::Extern) {
+            refuse(&stable(&format!("the extern condition `{}`", input.name)), input.meta.span);
+        }
+        for output in net.outputs.values() {
+            if matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty()) {
+                let what = format!("the continuous extern action `{}`", output.name);
+                refuse(&stable(&what), output.meta.span);
+            }
+        }
     }
 
     fn bond(&mut self, one: Item, other: Item, why: Why) {
@@ -282,8 +314,10 @@ impl Finder<'_> {
         match driver {
             Driver::Stored(var) => self.bond(item, Item::Var(*var), Why::Drives),
             Driver::Controlled(action) => self.bond(item, Item::Action(*action), Why::Drives),
-            Driver::Fires(transition) => {
-                self.bond(item, Item::Transition(*transition), Why::Drives);
+            Driver::Fires(transitions) => {
+                for transition in transitions {
+                    self.bond(item, Item::Transition(*transition), Why::Drives);
+                }
             }
             Driver::Extern { calls, .. } => {
                 self.cpu.insert(item, "it is a function");
