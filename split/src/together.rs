@@ -206,7 +206,7 @@ impl Finder<'_> {
             findings.push(Diagnostic::error(codes::UNSUPPORTED, message).at(span, ""));
         };
         if net.settings.policy.is_statechart() {
-            refuse("states (a statechart)", net.name.span);
+            refuse("states", net.name.span);
         } else if net.settings.evolution != Evolution::Single {
             self.once_per_reaction(&mut refuse);
         }

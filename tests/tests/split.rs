@@ -187,7 +187,7 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         let all: u32 =
             tally.iter().filter(|(class, _)| !class.ends_with("wires")).map(|(_, n)| n).sum();
         assert!(hard * 50 <= all, "{hard} of {all} divisions are too hard to prove");
-        assert_eq!(long > all as usize, features(0).stable, "{long} reactions of several rounds");
+        assert_eq!(long >= 10, features(0).stable, "{long} reactions of several rounds");
         assert!(tally.get("3 wires").is_some_and(|n| n * 2 > all), "most divisions have wires");
     }
 }
@@ -257,6 +257,10 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             "an entry list is lost"
         }
     };
+    let is_unchanged = *part.net == net && part.inputs == division.parts[at].inputs;
+    if is_unchanged {
+        return None;
+    }
     part.net = validate(net).ok()?;
     let what = format!("part {}: {what}", part.name);
     Some((wrong, what))
