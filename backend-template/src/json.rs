@@ -277,7 +277,10 @@ fn driver(driver: &Driver) -> Value {
     match driver {
         Driver::Continuous(all) => json!({ "kind": "continuous", "emissions": emissions(all) }),
         Driver::Mealy(all) => json!({ "kind": "mealy", "emissions": emissions(all) }),
-        Driver::Fires(transition) => json!({ "kind": "fires", "transition": transition.index() }),
+        Driver::Fires(transitions) => {
+            let all: Vec<usize> = transitions.iter().map(|id| id.index()).collect();
+            json!({ "kind": "fires", "transitions": all })
+        }
         Driver::Stored(var) => json!({ "kind": "stored", "var": var.index() }),
         Driver::Controlled(action) => json!({ "kind": "controlled", "action": action.index() }),
         Driver::Extern { params, calls } => json!({

@@ -23,9 +23,9 @@ use crate::stem::FileStem;
 use crate::target::Target;
 use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest_type};
-use grafsynth_ir::division::Division;
+use grafsynth_ir::division::{Division, round_of};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Leaf, Net, PlacedItem};
+use grafsynth_ir::net::{Evolution, Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_split::codes::APART;
 pub use grafsynth_split::cpu::CPUS;
@@ -35,7 +35,7 @@ use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
 use grafsynth_split::{Groups, PartSpec, Partition, together};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
-use grafsynth_verify::{Apart, Joined, joined};
+use grafsynth_verify::{Apart, Joined, RoundFacts, joined};
 use search::Fitted;
 
 /// The device of a part.
@@ -166,11 +166,15 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
         }
         parts.push(cpu);
     }
-    let facts = pipeline::facts(net, &request.options.limits);
+    let limits = &request.options.limits;
+    let facts = pipeline::facts(&round_of(net)?, limits);
+    let ends = net.settings.evolution == Evolution::Single
+        || pipeline::facts(net, limits).always_stable.is_some();
     let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
         matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
     });
-    let joined = joined(net, &facts, &division, one_tick, &request.options.limits);
+    let known = RoundFacts { facts: &facts, ends };
+    let joined = joined(net, known, &division, one_tick, limits);
     Ok(Split { groups, partition, value, bound, division, parts, joined, unfit })
 }
 

@@ -4,11 +4,13 @@
 //! `grafsynth-verify` proves that the parts, joined by their wires, equal the net.
 
 use crate::arena::IdMap;
+use crate::diag::Diagnostic;
 use crate::net::{
-    ActionId, ControlledAction, EdgeId, EdgeOperand, Input, InputId, Net, Output, OutputId, Step,
-    StepId, Timer, TimerId, Transition, TransitionId, Var, VarId,
+    ActionId, ControlledAction, EdgeId, EdgeOperand, Evolution, Input, InputId, InputKind, Leaf,
+    Net, Output, OutputId, PropertyLeaf, PropertyRole, Step, StepId, Timer, TimerId, Transition,
+    TransitionId, Var, VarId,
 };
-use crate::validate::Valid;
+use crate::validate::{Valid, validate};
 
 /// The index of a part in [`Division::parts`].
 pub type PartIndex = usize;
@@ -95,4 +97,26 @@ pub enum Shown {
     Output(OutputId),
     /// Whether a transition of the part fires in this round.
     Fires(TransitionId),
+    /// Whether any transition that the part owns fires in this round; only in parts of a net with evolution `stable`.
+    Moves,
+}
+
+/// The net whose reaction is one round of the parts (semantics §10.3): the net itself or, if its evolution is `stable`, its micro-step.
+///
+/// Its properties are the assumptions that every round satisfies. In all rounds of a reaction except the first one, events are absent; so an assumption about
+/// events may be false there, and is left out.
+///
+/// # Errors
+/// Findings of validation, which would be a bug.
+pub fn round_of(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
+    if net.settings.evolution == Evolution::Single {
+        return Ok(net.clone());
+    }
+    let mut round = net.clone().into_inner();
+    round.settings.evolution = Evolution::Single;
+    let is_held = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(id)) if net.inputs[*id].kind == InputKind::Pin);
+    round.properties.retain(|property| {
+        property.role == PropertyRole::Assume && property.never.leaves().all(is_held)
+    });
+    validate(round)
 }

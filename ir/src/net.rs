@@ -406,9 +406,9 @@ pub enum Driver {
     Continuous(Vec<Emission>),
     /// Like `Continuous`, but reads the situation before the micro-step and the inputs of this reaction; evolution `Single` only (§3.6).
     Mealy(Vec<Emission>),
-    /// True in a reaction in which the transition fires, false at reset; evolution `Single` only. A part of a split shows it to the other parts (§10). On a
-    /// chip the pin has this value before the clock edge. An emergency does not force it, because it is not an output of the plant.
-    Fires(TransitionId),
+    /// True in a reaction in which one of the transitions fires, false at reset; evolution `Single` only. A part of a split shows it to the other parts (§10).
+    /// On a chip the pin has this value before the clock edge. An emergency does not force it, because it is not an output of the plant.
+    Fires(Vec<TransitionId>),
     /// The value of a variable, which stores the output.
     Stored(VarId),
     /// Q of a controlled action.

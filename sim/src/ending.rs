@@ -165,8 +165,9 @@ impl Reaction<'_> {
                 | Driver::Extern { .. } => continue,
             };
         }
-        for (id, transition) in &tables.firings {
-            self.row.outputs[id.index()] = i64::from(self.work.fired.contains(transition));
+        for (id, transitions) in &tables.firings {
+            let fires = transitions.iter().any(|id| self.work.fired.contains(id));
+            self.row.outputs[id.index()] = i64::from(fires);
         }
         let mut calls: Vec<(OutputId, u32)> = Vec::new();
         let mut at = 0;

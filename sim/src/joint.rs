@@ -1,7 +1,9 @@
 //! The rounds of a divided net (semantics §10.3): one simulator for each part, joined by the wires.
 
-use grafsynth_ir::division::{Division, Shown, Source};
-use grafsynth_ir::net::Net;
+use std::collections::BTreeMap;
+
+use grafsynth_ir::division::{Division, PartNet, Shown, Source};
+use grafsynth_ir::net::{Evolution, Net, OutputId};
 
 use crate::row::{Effect, InputRow, Row};
 use crate::simulator::Simulator;
@@ -12,6 +14,12 @@ pub struct Joint<'n> {
     net: &'n Net,
     division: &'n Division,
     parts: Vec<Simulator<'n>>,
+    /// The calls in the rounds of the last reaction before its last round.
+    effects: Vec<Effect>,
+    /// The number of these calls of each output that is a function.
+    called: BTreeMap<OutputId, i64>,
+    /// Whether a transition would still fire after the most rounds that the net allows. The parts make no round for it.
+    fault: bool,
 }
 
 impl<'n> Joint<'n> {
@@ -19,36 +27,104 @@ impl<'n> Joint<'n> {
     #[must_use]
     pub fn new(net: &'n Net, division: &'n Division) -> Self {
         let parts = division.parts.iter().map(|part| Simulator::new(&part.net)).collect();
-        Joint { net, division, parts }
+        Joint { net, division, parts, effects: Vec::new(), called: BTreeMap::new(), fault: false }
     }
 
     /// The row of the last round (row 0 after reset), in the ids of the whole net.
     #[must_use]
     pub fn row(&self, input: &InputRow) -> Row {
-        joined_row(self.net, self.division, self.parts.iter().map(Simulator::row), input)
+        let rows = self.parts.iter().map(Simulator::row);
+        let mut row = joined_row(self.net, self.division, rows, input);
+        row.fault = self.fault;
+        for (output, calls) in &self.called {
+            row.outputs[output.index()] += calls;
+        }
+        row.effects.splice(0..0, self.effects.iter().cloned());
+        row
     }
 
-    /// One round: each part decides what fires, from its own state and the inputs; then all parts fire, with the wires as the decisions left them.
+    /// The calls of the last round, in the ids of the whole net.
+    fn calls(&self) -> Vec<Effect> {
+        let parts = self.division.parts.iter().zip(&self.parts);
+        parts.flat_map(|(part, simulator)| effects_of(part, simulator.row())).collect()
+    }
+
+    /// One reaction: one round or, if the evolution of the net is `stable`, rounds until nothing fires. Time and events are those of the first round.
     pub fn step(&mut self, input: &InputRow) -> Row {
-        let division = self.division;
+        self.effects.clear();
+        self.called.clear();
+        self.fault = false;
+        let Evolution::Stable { limit } = self.net.settings.evolution else {
+            let (fires, _) = self.decisions(input);
+            self.round(input, &fires);
+            return self.row(input);
+        };
+        let mut held = input.clone();
+        for n in 0..=limit {
+            let (fires, moves) = self.decisions(&held);
+            self.fault = moves && n == limit;
+            if self.fault {
+                break;
+            }
+            self.round(&held, &fires);
+            if !moves {
+                break;
+            }
+            self.remember_calls();
+            held.dt = 0;
+            for (value, one) in held.values.iter_mut().zip(self.net.inputs.values()) {
+                if one.kind.is_event() {
+                    *value = 0;
+                }
+            }
+        }
+        self.row(input)
+    }
+
+    /// Keeps the calls of a round that is followed by another one in the same reaction.
+    fn remember_calls(&mut self) {
+        self.effects.extend(self.calls());
+        for (part, simulator) in self.division.parts.iter().zip(&self.parts) {
+            for (id, shown) in part.outputs.iter() {
+                if let Shown::Output(old) = *shown
+                    && self.net.outputs[old].is_extern()
+                {
+                    *self.called.entry(old).or_default() += simulator.row().outputs[id.index()];
+                }
+            }
+        }
+    }
+
+    /// What fires in the next round, for each transition that a wire shows, and whether any transition does, if parts show that. Each part decides from its own
+    /// state and the inputs.
+    fn decisions(&self, input: &InputRow) -> (Vec<i64>, bool) {
         let mut fires = vec![0; self.net.transitions.len()];
-        for (part, simulator) in division.parts.iter().zip(&self.parts) {
-            if !part.outputs.values().any(|shown| matches!(shown, Shown::Fires(_))) {
+        let mut moves = false;
+        for (part, simulator) in self.division.parts.iter().zip(&self.parts) {
+            if !part.outputs.values().any(|shown| !matches!(shown, Shown::Output(_))) {
                 continue;
             }
             // What a part decides does not depend on its wires, so any values do here.
             let mut ahead = simulator.clone();
             let row = ahead.step(&own_row(part, input, &fires));
             for (id, shown) in part.outputs.iter() {
-                if let Shown::Fires(transition) = shown {
-                    fires[transition.index()] = row.outputs[id.index()];
+                match shown {
+                    Shown::Fires(transition) => {
+                        fires[transition.index()] = row.outputs[id.index()];
+                    }
+                    Shown::Moves => moves |= row.outputs[id.index()] != 0,
+                    Shown::Output(_) => {}
                 }
             }
         }
-        for (part, simulator) in division.parts.iter().zip(&mut self.parts) {
-            simulator.step(&own_row(part, input, &fires));
+        (fires, moves)
+    }
+
+    /// One round: all parts fire, with the wires as the decisions left them.
+    fn round(&mut self, input: &InputRow, fires: &[i64]) {
+        for (part, simulator) in self.division.parts.iter().zip(&mut self.parts) {
+            simulator.step(&own_row(part, input, fires));
         }
-        self.row(input)
     }
 }
 
@@ -77,24 +153,29 @@ pub fn joined_row<'r>(
             row.vars[start..start + len].copy_from_slice(&own.vars[place..place + len]);
             place += len;
         }
-        row.effects.extend(own.effects.iter().map(|effect| match effect {
-            Effect::Call(output, arguments) => match part.outputs[*output] {
-                Shown::Output(old) => Effect::Call(old, arguments.clone()),
-                Shown::Fires(_) => unreachable!("a wire is no function"),
-            },
-            Effect::Condition(input) => match part.inputs[*input] {
-                Source::Input(old) => Effect::Condition(old),
-                Source::Fires(_) => unreachable!("a wire is no function"),
-            },
-            Effect::Code(text) => Effect::Code(text.clone()),
-        }));
+        row.effects.extend(effects_of(part, own));
     }
     row.steps.sort_unstable();
     row
 }
 
+/// The effects in a row of a part, in the ids of the whole net.
+fn effects_of<'r>(part: &'r PartNet, row: &'r Row) -> impl Iterator<Item = Effect> + 'r {
+    row.effects.iter().map(|effect| match effect {
+        Effect::Call(output, arguments) => match part.outputs[*output] {
+            Shown::Output(old) => Effect::Call(old, arguments.clone()),
+            Shown::Fires(_) | Shown::Moves => unreachable!("a wire is no function"),
+        },
+        Effect::Condition(input) => match part.inputs[*input] {
+            Source::Input(old) => Effect::Condition(old),
+            Source::Fires(_) => unreachable!("a wire is no function"),
+        },
+        Effect::Code(text) => Effect::Code(text.clone()),
+    })
+}
+
 /// The inputs of a part in a round.
-fn own_row(part: &grafsynth_ir::division::PartNet, input: &InputRow, fires: &[i64]) -> InputRow {
+fn own_row(part: &PartNet, input: &InputRow, fires: &[i64]) -> InputRow {
     let value = |source: &Source| match source {
         Source::Input(old) => input.value(*old),
         Source::Fires(transition) => fires[transition.index()],

@@ -38,7 +38,7 @@ pub(crate) struct Tables {
     /// Mealy outputs.
     pub(crate) mealy: Vec<OutputId>,
     /// Outputs that show that a transition fires.
-    pub(crate) firings: Vec<(OutputId, TransitionId)>,
+    pub(crate) firings: Vec<(OutputId, Vec<TransitionId>)>,
     /// Outputs that are copied from a variable or an action at the end of a reaction.
     pub(crate) copied: Vec<OutputId>,
     /// For each step, its continuous calls, with the index of the call.
@@ -150,7 +150,7 @@ impl Tables {
                     }
                 }
                 Driver::Mealy(_) => self.mealy.push(id),
-                Driver::Fires(transition) => self.firings.push((id, *transition)),
+                Driver::Fires(transitions) => self.firings.push((id, transitions.clone())),
                 Driver::Extern { calls, .. } => {
                     for (place, call) in calls.iter().enumerate() {
                         self.calls[call.step.index()].push((id, place as u32));

@@ -12,13 +12,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Source, Wire};
+use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Source, Wire, round_of};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
-    Forcing, ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part, Policy,
-    Property, PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId, Transition,
-    TransitionId, TransitionKind, Var,
+    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Evolution, Expr,
+    ExternCall, Forcing, ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part,
+    Policy, Property, PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId,
+    Transition, TransitionId, TransitionKind, Var,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::validate::{Valid, validate};
@@ -54,14 +54,21 @@ pub fn divide(
     if !apart.is_empty() {
         return Err(apart);
     }
+    let is_stable = net.settings.evolution != Evolution::Single;
+    let net = &round_of(net)?;
     let contents: Vec<Contents> =
         (0..names.len()).map(|part| Contents::of(net, &owners, part)).collect();
     let shown: BTreeSet<TransitionId> =
         contents.iter().flat_map(|one| one.images.iter().copied()).collect();
-    let wires = wire_names(net, &shown);
+    let mut used = used_names(net);
+    let wires = wire_names(net, &shown, &mut used);
     let mut parts = Vec::new();
     for (part, name) in names.iter().enumerate() {
-        parts.push(Copier::new(net, &owners, part, &contents[part], &wires).part(name)?);
+        let mut copier = Copier::new(net, &owners, part, &contents[part], &wires);
+        if is_stable && owners.transitions.values().any(|owner| *owner == part) {
+            copier.moves = Some(unused(format!("moves_{name}"), &mut used));
+        }
+        parts.push(copier.part(name)?);
     }
     let mut all = Vec::new();
     for (transition, name) in wires {
@@ -79,23 +86,32 @@ pub fn divide(
     Ok(Division { parts, owners, wires: all })
 }
 
-/// A unique name for each wire, because outputs, inputs and steps share the columns of a trace.
-fn wire_names(net: &Net, shown: &BTreeSet<TransitionId>) -> BTreeMap<TransitionId, String> {
+/// The names of a net with which that of a wire would be confused: outputs, inputs and steps share the columns of a trace.
+fn used_names(net: &Net) -> BTreeSet<String> {
     let inputs = net.inputs.values().map(|it| it.name.text.as_str());
     let outputs = net.outputs.values().map(|it| it.name.text.as_str());
     let steps = net.steps.values().map(|it| it.name.text.as_str());
     let vars = net.vars.values().map(|it| it.name.text.as_str());
-    let mut used: BTreeSet<String> =
-        inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect();
-    let mut names = BTreeMap::new();
-    for id in shown {
-        let mut name = format!("fires_{}", net.transitions[*id].name.text.replace('.', "_"));
-        while !used.insert(name.clone()) {
-            name.push('_');
-        }
-        names.insert(*id, name);
+    inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect()
+}
+
+/// The name, made different from those that are used.
+fn unused(mut name: String, used: &mut BTreeSet<String>) -> String {
+    while !used.insert(name.clone()) {
+        name.push('_');
     }
-    names
+    name
+}
+
+/// A name for each wire that no other object has.
+fn wire_names(
+    net: &Net,
+    shown: &BTreeSet<TransitionId>,
+    used: &mut BTreeSet<String>,
+) -> BTreeMap<TransitionId, String> {
+    let name =
+        |id: TransitionId| format!("fires_{}", net.transitions[id].name.text.replace('.', "_"));
+    shown.iter().map(|id| (*id, unused(name(*id), used))).collect()
 }
 
 /// The owner of an object; the owner of an event is the part that raises it.
@@ -248,6 +264,8 @@ struct Copier<'n> {
     owners: &'n Owners,
     part: PartIndex,
     wires: &'n BTreeMap<TransitionId, String>,
+    /// The name of the output that shows that a transition of the part fires, if it has one.
+    moves: Option<String>,
     new: NewIds,
 }
 
@@ -277,7 +295,7 @@ impl<'n> Copier<'n> {
             actions: numbered(net.actions.ids().filter(|id| own(owners.actions[*id]))),
             outputs: numbered(net.outputs.ids().filter(|id| own(owners.outputs[*id]))),
         };
-        Copier { net, owners, part, wires, new }
+        Copier { net, owners, part, wires, moves: None, new }
     }
 
     fn part(&self, name: &str) -> Result<PartNet, Vec<Diagnostic>> {
@@ -365,15 +383,16 @@ impl<'n> Copier<'n> {
         for (id, name) in self.wires {
             if self.owners.transitions[*id] == self.part {
                 outputs.push(Shown::Fires(*id));
-                part.outputs.push(Output {
-                    name: Name::new(name.clone(), net.transitions[*id].name.span),
-                    ty: Type::Bool,
-                    driver: Driver::Fires(self.at(&self.new.transitions, *id)),
-                    safe: None,
-                    registered: false,
-                    meta: Meta::default(),
-                });
+                let name = Name::new(name.clone(), net.transitions[*id].name.span);
+                part.outputs.push(firing(name, vec![self.at(&self.new.transitions, *id)]));
             }
+        }
+        if let Some(name) = &self.moves {
+            outputs.push(Shown::Moves);
+            let own = self.new.transitions.iter();
+            let own = own.filter(|(old, _)| self.owners.transitions[**old] == self.part);
+            let name = Name::new(name.clone(), net.name.span);
+            part.outputs.push(firing(name, own.map(|(_, new)| *new).collect()));
         }
         outputs
     }
@@ -460,7 +479,9 @@ impl<'n> Copier<'n> {
         match driver {
             Driver::Continuous(all) => Driver::Continuous(emissions(all)),
             Driver::Mealy(all) => Driver::Mealy(emissions(all)),
-            Driver::Fires(id) => Driver::Fires(self.at(&self.new.transitions, *id)),
+            Driver::Fires(all) => {
+                Driver::Fires(all.iter().map(|id| self.at(&self.new.transitions, *id)).collect())
+            }
             Driver::Stored(var) => Driver::Stored(self.at(&self.new.vars, *var)),
             Driver::Controlled(action) => Driver::Controlled(self.at(&self.new.actions, *action)),
             Driver::Extern { params, calls } => Driver::Extern {
@@ -539,6 +560,13 @@ impl<'n> Copier<'n> {
         });
         Some(property)
     }
+}
+
+/// An output that shows that one of the transitions fires.
+fn firing(name: Name, transitions: Vec<TransitionId>) -> Output {
+    let driver = Driver::Fires(transitions);
+    let meta = Meta::default();
+    Output { name, ty: Type::Bool, driver, safe: None, registered: false, meta }
 }
 
 /// The old id of each new object.

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{
     ActionId, Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
@@ -207,16 +208,10 @@ impl Finder<'_> {
                     .help(help),
             );
         };
-        if net.settings.evolution != Evolution::Single {
-            let (what, help) = if net.settings.policy.is_statechart() {
-                ("a statechart", "build it for one chip or one CPU with `build`")
-            } else {
-                (
-                    "a chart with `evolution stable`",
-                    "write `evolution single`, or build the chart for one chip or one CPU with `build`",
-                )
-            };
-            refuse(what, help, net.name.span);
+        if net.settings.policy.is_statechart() {
+            refuse("a statechart", "build it for one chip or one CPU with `build`", net.name.span);
+        } else if net.settings.evolution != Evolution::Single {
+            self.once_per_reaction(&mut refuse);
         }
         if let Some(open) = net.unspecified.first() {
             refuse(
@@ -226,6 +221,39 @@ impl Finder<'_> {
             );
         }
         if findings.is_empty() { Ok(()) } else { Err(findings) }
+    }
+
+    /// Refuses what happens once in a reaction of several micro-steps: each round of the parts is one micro-step, and no part knows which one is the last.
+    fn once_per_reaction(&self, refuse: &mut impl FnMut(&str, &str, Span)) {
+        let net = self.net;
+        let help =
+            "write `evolution single`, or build the chart for one chip or one CPU with `build`";
+        let mut refuse = |what: &str, span| {
+            refuse(&format!("a chart with `evolution stable` and {what}"), help, span);
+        };
+        for timer in net.timers.values() {
+            refuse(&format!("the free timer `{}`", timer.name), timer.meta.span);
+        }
+        for action in net.actions.values() {
+            refuse(&format!("the controlled action `{}`", action.name), action.meta.span);
+        }
+        for step in net.steps.values() {
+            if !step.tasks.is_empty() {
+                refuse(&format!("tasks in step `{}`", step.name), step.meta.span);
+            }
+            if !step.code.is_empty() {
+                refuse("text in the target language", step.meta.span);
+            }
+        }
+        for input in net.inputs.values().filter(|input| input.kind == InputKind::Extern) {
+            refuse(&format!("the extern condition `{}`", input.name), input.meta.span);
+        }
+        for output in net.outputs.values() {
+            if matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty()) {
+                let what = format!("the continuous extern action `{}`", output.name);
+                refuse(&what, output.meta.span);
+            }
+        }
     }
 
     fn bond(&mut self, one: Item, other: Item, why: Why) {
@@ -297,8 +325,10 @@ impl Finder<'_> {
         match driver {
             Driver::Stored(var) => self.bond(item, Item::Var(*var), Why::Drives),
             Driver::Controlled(action) => self.bond(item, Item::Action(*action), Why::Drives),
-            Driver::Fires(transition) => {
-                self.bond(item, Item::Transition(*transition), Why::Drives);
+            Driver::Fires(transitions) => {
+                for transition in transitions {
+                    self.bond(item, Item::Transition(*transition), Why::Drives);
+                }
             }
             Driver::Extern { calls, .. } => {
                 self.cpu.insert(item, "it is a function");

@@ -47,8 +47,8 @@ pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};
 pub use symbolic::c as c_code;
 pub use symbolic::{
-    Apart, Directed, Dominance, Invariant, Joined, Refused, StateBit, Times, directed, dominates,
-    joined, recheck, state_bits,
+    Apart, Directed, Dominance, Invariant, Joined, Refused, RoundFacts, StateBit, Times, directed,
+    dominates, joined, recheck, state_bits,
 };
 pub use verdict::{Open, OpenReason, Scope, Tested};
 pub use waiting::{Wait, Waiting, waiting};

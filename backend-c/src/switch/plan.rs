@@ -113,8 +113,8 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
     let mut is_wide = IdMap::filled(&net.transitions, false);
     let mut is_shown = IdMap::filled(&net.transitions, false);
     for output in net.outputs.values() {
-        if let Driver::Fires(transition) = output.driver {
-            is_shown[transition] = true;
+        if let Driver::Fires(transitions) = &output.driver {
+            transitions.iter().for_each(|transition| is_shown[*transition] = true);
         }
     }
     for (id, transition) in net.transitions.iter() {

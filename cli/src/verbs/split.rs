@@ -186,14 +186,15 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
 fn round(link: &Linked) -> String {
     match &link.round {
         Ok(round) => format!(
-            "one round: at most {} (reaction: {} cycles; link: {} cycles, estimated; {} MHz), from pin to pin at most {}",
+            "one reaction: at most {} ({}; in a round {} cycles for the part on the CPU and {}, estimated, for the link; {} MHz), from pin to pin at most {}",
             split::rounded(round.ns),
+            counted(u64::from(round.rounds), "round", "rounds"),
             round.step,
             round.link,
             round.hz / 1_000_000,
             split::rounded(round.pin_to_pin_ns)
         ),
-        Err(why) => format!("one round: its time is not known: {why}"),
+        Err(why) => format!("one reaction: its time is not known: {why}"),
     }
 }
 

@@ -33,23 +33,25 @@ pub struct Linked {
     pub calls: Calls,
     /// Its C, the wiring table and the wiring diagram.
     pub files: Vec<OutputFile>,
-    /// The longest time of a round, or the reason why it is not known.
+    /// The longest time of a reaction, or the reason why it is not known.
     pub round: Result<Round, String>,
 }
 
-/// The time of a round.
+/// The time of a reaction, which is one or more rounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Round {
-    /// The cycles of the reaction on the CPU at most.
+    /// In a round, the cycles of the reaction of the part on the CPU at most.
     pub step: u64,
-    /// The cycles of everything else at most, estimated.
+    /// In a round, the cycles of everything else at most, estimated.
     pub link: u64,
     /// The clock of the CPU in cycles per second.
     pub hz: u64,
-    /// The time in nanoseconds.
+    /// The most rounds of a reaction.
+    pub rounds: u32,
+    /// The time of all these rounds in nanoseconds.
     pub ns: u64,
-    /// The longest time from a change of an input to the outputs that follow from it: the change just misses the latch of one round, so it waits for the next
-    /// one. The rounds start one tick apart if the chart measures time, else one after another.
+    /// The longest time from a change of an input to the outputs that follow from it: the change just misses the latch of one reaction, so it waits for the next
+    /// one. Reactions start one tick apart if the chart measures time, else one after another.
     pub pin_to_pin_ns: u64,
 }
 
@@ -151,12 +153,14 @@ fn round(
         return Err("the reaction calls functions whose time is not known".to_owned());
     }
     let hz = u64::from(cpu.clock_hz);
+    let rounds = link.most_rounds.unwrap_or(1);
     let clocks = (bound.step * u64::from(machine.clocks_per_unit))
-        .saturating_add(cycles * u64::from(cpu.clocks_per_cycle));
+        .saturating_add(cycles * u64::from(cpu.clocks_per_cycle))
+        .saturating_mul(u64::from(rounds));
     let ns = clocks.saturating_mul(1_000_000_000).div_ceil(hz.max(1));
     let period = if has_time(net) { net.settings.tick_ns.max(ns) } else { ns };
     let pin_to_pin_ns = period.saturating_add(ns);
-    Ok(Round { step: bound.step, link: cycles, hz, ns, pin_to_pin_ns })
+    Ok(Round { step: bound.step, link: cycles, hz, rounds, ns, pin_to_pin_ns })
 }
 
 /// A time in microseconds, rounded up to a tenth.
@@ -174,7 +178,7 @@ fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
         let message = match round {
             Ok(round) if round.pin_to_pin_ns <= deadline => return None,
             Ok(round) => format!(
-                "`{name}` has a deadline of {wanted}, but in lockstep up to {} pass from pin to pin: a change waits for the next round, and a round takes up to {}",
+                "`{name}` has a deadline of {wanted}, but in lockstep up to {} pass from pin to pin: a change waits for the next reaction, and a reaction takes up to {}",
                 rounded(round.pin_to_pin_ns),
                 rounded(round.ns)
             ),

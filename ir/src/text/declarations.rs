@@ -313,7 +313,11 @@ impl Parser<'_> {
             }
             if is_mealy { Driver::Mealy(emissions) } else { Driver::Continuous(emissions) }
         } else if self.eat("fires") {
-            Driver::Fires(self.transition_ref()?)
+            let mut transitions = vec![self.transition_ref()?];
+            while !matches!(self.token().kind, Kind::Newline | Kind::End) {
+                transitions.push(self.transition_ref()?);
+            }
+            Driver::Fires(transitions)
         } else if self.eat("stored") {
             Driver::Stored(self.var_ref()?)
         } else if self.eat("controlled") {

@@ -359,8 +359,12 @@ impl Printer<'_> {
                     self.condition("if", emission.condition.as_ref());
                 }
             }
-            Driver::Fires(transition) => {
-                put!(self, " fires {}\n", self.transition(*transition));
+            Driver::Fires(transitions) => {
+                self.out.push_str(" fires");
+                for transition in transitions {
+                    put!(self, " {}", self.transition(*transition));
+                }
+                self.out.push('\n');
             }
             Driver::Stored(var) => {
                 put!(self, " stored {}\n", self.var(*var));

@@ -50,8 +50,10 @@ impl Checker<'_> {
                         );
                     }
                 }
-                Driver::Fires(transition) => {
-                    self.has(&net.transitions, *transition, span, "transition");
+                Driver::Fires(transitions) => {
+                    for transition in transitions {
+                        self.has(&net.transitions, *transition, span, "transition");
+                    }
                     if net.settings.evolution != Evolution::Single {
                         let message = format!(
                             "the output `{name}` shows that a transition fires, but the evolution is stable"

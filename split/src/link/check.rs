@@ -48,7 +48,8 @@ pub enum Why {
     CpuInput(InputId),
     /// At the clock edge, a pin of a chip does not have its settled value of this round.
     ChipInput(End),
-    /// At the end, the inputs were not latched, the CPU has not reacted, the chips received no clock edge, or their outputs have not settled.
+    /// At the end, the inputs were not latched, the CPU has not reacted, the chips received no clock edge, their outputs have not settled, or a part was not asked
+    /// whether it moves.
     Missing,
 }
 
@@ -102,6 +103,8 @@ enum Value {
     Tick,
     /// Whether a transition fires in this round.
     Fires(TransitionId),
+    /// Whether any transition of a part fires in this round.
+    Moves(PartIndex),
     /// The level of the clock.
     Clock,
     /// A bit of an output to the plant.
@@ -146,6 +149,8 @@ struct Run<'l> {
     is_clocked: bool,
     /// Whether the outputs have settled after the clock.
     is_over: bool,
+    /// The parts that were asked whether they move.
+    asked: BTreeSet<PartIndex>,
 }
 
 impl<'l> Run<'l> {
@@ -201,6 +206,7 @@ impl<'l> Run<'l> {
             has_reacted: false,
             is_clocked: false,
             is_over: false,
+            asked: BTreeSet::new(),
         };
         // The outputs of a chip still belong to the inputs of the last round.
         for chip in 0..cpu {
@@ -232,6 +238,20 @@ impl<'l> Run<'l> {
                 once(&mut self.has_reacted)?;
                 self.react()
             }
+            Act::AskChip { connection } => {
+                let Value::Moves(part) = self.read(connection)? else { return Err(Why::Unknown) };
+                self.asked.insert(part);
+                Ok(())
+            }
+            Act::AskCpu { output } => {
+                self.has_reacted.then_some(()).ok_or(Why::Early)?;
+                let mut shown = self.division.parts[self.cpu].outputs.iter();
+                if !shown.any(|(id, shown)| id == output && *shown == Shown::Moves) {
+                    return Err(Why::Unknown);
+                }
+                self.asked.insert(self.cpu);
+                Ok(())
+            }
             Act::Clock { connection } => {
                 let one = self.connections.get(connection).ok_or(Why::Unknown)?;
                 if one.from.part != self.cpu || one.carries != Carries::Clock {
@@ -262,7 +282,7 @@ impl<'l> Run<'l> {
                     Some((_, Shown::Fires(transition))) => {
                         (Value::Fires(*transition), self.has_reacted)
                     }
-                    Some((_, Shown::Output(_))) | None => return Err(Why::Unknown),
+                    Some((_, Shown::Output(_) | Shown::Moves)) | None => return Err(Why::Unknown),
                 }
             }
         };
@@ -322,19 +342,27 @@ impl<'l> Run<'l> {
     }
 
     fn get(&mut self, connection: ConnectionIndex, to: InputId) -> Result<(), Why> {
-        let one = self.connections.get(connection).ok_or(Why::Unknown)?;
-        let is_read = one.to.iter().any(|end| end.part == self.cpu);
-        if !is_read || self.division.parts[self.cpu].net.inputs.get(to).is_none() {
+        let value = self.read(connection)?;
+        if self.division.parts[self.cpu].net.inputs.get(to).is_none() {
             return Err(Why::Unknown);
         }
         if self.has_reacted {
             return Err(Why::Late);
         }
+        self.handed.insert(to, value);
+        Ok(())
+    }
+
+    /// The value that the CPU reads from a connection.
+    fn read(&self, connection: ConnectionIndex) -> Result<Value, Why> {
+        let one = self.connections.get(connection).ok_or(Why::Unknown)?;
+        if !one.to.iter().any(|end| end.part == self.cpu) {
+            return Err(Why::Unknown);
+        }
         if !self.is_settled[connection] {
             return Err(Why::Unsettled(connection));
         }
-        self.handed.insert(to, self.values[connection]);
-        Ok(())
+        Ok(self.values[connection])
     }
 
     fn react(&self) -> Result<(), Why> {
@@ -373,7 +401,12 @@ impl<'l> Run<'l> {
             // Without registers, the chips are outputs of their inputs, which must be there at the end.
             self.edge()?;
         }
-        let is_complete = self.is_latched && self.has_reacted && (self.is_over || !has_clock);
+        let parts = self.division.parts.iter().enumerate();
+        let shows = |shown: &Shown| *shown == Shown::Moves;
+        let moving = parts.filter(|(_, part)| part.outputs.values().any(shows));
+        let is_asked = moving.map(|(at, _)| at).all(|at| self.asked.contains(&at));
+        let is_over = self.is_over || !has_clock;
+        let is_complete = self.is_latched && self.has_reacted && is_over && is_asked;
         is_complete.then_some(()).ok_or(Why::Missing)
     }
 }
@@ -408,6 +441,7 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
                     let value = match *meaning {
                         Shown::Output(output) => Value::Plant(output, signal.bit),
                         Shown::Fires(transition) => Value::Fires(transition),
+                        Shown::Moves => Value::Moves(part),
                     };
                     shown.insert(end, value);
                 }
@@ -432,6 +466,7 @@ fn label(carries: Carries) -> Value {
         Carries::Tick => Value::Tick,
         Carries::Input { input, bit } => Value::Input(input, bit),
         Carries::Fires(transition) => Value::Fires(transition),
+        Carries::Moves(part) => Value::Moves(part),
         Carries::Plant { output, bit } => Value::Plant(output, bit),
     }
 }

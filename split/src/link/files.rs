@@ -66,7 +66,9 @@ impl<'l> Text<'l> {
             | Act::Put { .. }
             | Act::Settle
             | Act::Get { .. }
+            | Act::AskChip { .. }
             | Act::React
+            | Act::AskCpu { .. }
             | Act::Clock { .. } => None,
         };
         let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).collect();
@@ -169,11 +171,44 @@ impl<'l> Text<'l> {
         if !cpu.inputs.is_empty() {
             text += &format!("    {}_in_t cpu_in;\n", cpu.prefix);
         }
-        text += "\n";
-        for act in &self.link.acts {
-            text += &self.act(*act, &upper);
+        match self.link.most_rounds {
+            None => {
+                text += "\n";
+                for act in &self.link.acts {
+                    text += &self.act(*act, &upper);
+                }
+            }
+            Some(most) => text += &self.rounds(most, &upper),
         }
         text += "}\n";
+        text
+    }
+
+    /// A reaction of several rounds. The bound is never reached if the reactions of the chart end and no chip is broken.
+    fn rounds(&self, most: u32, upper: &str) -> String {
+        let (mut once, mut again) = (String::new(), String::new());
+        for act in &self.link.acts {
+            match act {
+                Act::Latch => once += &self.act(*act, upper),
+                _ => again += &self.act(*act, upper),
+            }
+        }
+        let mut text = "    uint32_t rounds = 0U;\n    bool moves;\n\n".to_owned();
+        text += &once;
+        // Time and events are those of the first round.
+        for (id, member) in &self.members {
+            if self.request.net.inputs[*id].kind.is_event() {
+                again += &format!("    latched.{member} = false;\n");
+            }
+        }
+        if self.has_dt {
+            again += "    dt = 0U;\n";
+        }
+        let again: String = again.lines().map(|line| format!("    {line}\n")).collect();
+        text += "    do {\n        moves = false;\n";
+        text += &again;
+        text += "        rounds++;\n";
+        text += &format!("    }} while (moves && rounds < {most}UL);\n");
         text
     }
 
@@ -220,6 +255,16 @@ impl<'l> Text<'l> {
             Act::Settle => format!("    {upper}_LINK_SETTLE();\n"),
             Act::Get { connection, to } => {
                 format!("    cpu_in.{} = {upper}_GET_{}();\n", input(to), pin(connection))
+            }
+            Act::AskChip { connection } => {
+                format!(
+                    "    if ({upper}_GET_{}()) {{\n        moves = true;\n    }}\n",
+                    pin(connection)
+                )
+            }
+            Act::AskCpu { output } => {
+                let member = cpu.outputs.get(&output).unwrap_or(&none);
+                format!("    if (out->{member}) {{\n        moves = true;\n    }}\n")
             }
             Act::React => format!("    {}_step({});\n", cpu.prefix, self.arguments(true)),
             Act::Clock { connection } => {

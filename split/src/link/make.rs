@@ -6,7 +6,7 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::division::{Division, PartIndex, PartNet, Shown, Source};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
-use grafsynth_ir::net::{Expr, InputId, Leaf, Net};
+use grafsynth_ir::net::{Evolution, Expr, InputId, Leaf, Net, OutputId};
 
 use super::{
     Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request,
@@ -37,7 +37,11 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
         (start != level).then_some((at, start))
     };
     let start = maker.connections.iter().enumerate().filter_map(starts).collect();
-    Ok(Link { connections: maker.connections, acts, start })
+    let most_rounds = match request.net.settings.evolution {
+        Evolution::Single => None,
+        Evolution::Stable { limit } => Some(limit.saturating_add(1)),
+    };
+    Ok(Link { connections: maker.connections, acts, most_rounds, start })
 }
 
 /// A placeholder for a pin of the CPU that is not chosen yet; no package has a pin 0.
@@ -82,6 +86,7 @@ impl Maker<'_> {
         self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
         self.connect_inputs(&mut namer);
         self.connect_wires(&mut namer);
+        self.connect_moves(&mut namer);
         self.connect_outputs(&mut namer);
     }
 
@@ -161,6 +166,29 @@ impl Maker<'_> {
                     "`{}` has no pin for the wire `{}`",
                     request.division.parts[wire.from].name, wire.name
                 )),
+            }
+        }
+    }
+
+    /// Each chip of a net with evolution `stable` tells the CPU whether it moves.
+    fn connect_moves(&mut self, namer: &mut Namer) {
+        let request = self.request;
+        for (part, chip) in request.chips.iter().enumerate() {
+            let net = &request.division.parts[part];
+            let Some(output) = moves(net) else { continue };
+            let name = &net.net.outputs[output].name.text;
+            match pins_of(&chip.signals, Object::Output(output)).next() {
+                Some(pin) => {
+                    let (from, to) = (End { part, pin }, End { part: self.cpu(), pin: NO_PIN });
+                    self.connections.push(Connection {
+                        name: namer.name(name),
+                        carries: Carries::Moves(part),
+                        from,
+                        to: vec![to],
+                        pull: None,
+                    });
+                }
+                None => self.refuse(format!("`{}` has no pin for the wire `{name}`", net.name)),
             }
         }
     }
@@ -264,6 +292,11 @@ fn source(part: &PartNet, input: InputId) -> Option<Source> {
     part.inputs.iter().find(|(id, _)| *id == input).map(|(_, source)| *source)
 }
 
+/// The output of a part that shows whether it moves.
+fn moves(part: &PartNet) -> Option<OutputId> {
+    part.outputs.iter().find(|(_, shown)| **shown == Shown::Moves).map(|(id, _)| id)
+}
+
 fn pins_of(signals: &[ChipSignal], object: Object) -> impl Iterator<Item = u32> + '_ {
     signals.iter().filter(move |signal| signal.object == object).map(|signal| signal.pin)
 }
@@ -337,7 +370,7 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
                 acts.push(Act::Put { connection, value: Put::Input { input, bit } })
             }
             Carries::Tick => acts.push(Act::Put { connection, value: Put::Tick }),
-            Carries::Clock | Carries::Fires(_) | Carries::Plant { .. } => {}
+            Carries::Clock | Carries::Fires(_) | Carries::Moves(_) | Carries::Plant { .. } => {}
         }
     }
     let mut is_unsettled = matches!(acts.last(), Some(Act::Put { .. }));
@@ -360,12 +393,19 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
         gets.push(Act::Get { connection, to: *to });
         is_followed |= follows(&wire.from);
     }
+    for (connection, one) in all() {
+        if let Carries::Moves(part) = one.carries {
+            gets.push(Act::AskChip { connection });
+            is_followed |= follows(&part);
+        }
+    }
     if is_unsettled && is_followed {
         acts.push(Act::Settle);
         is_unsettled = false;
     }
     acts.append(&mut gets);
     acts.push(Act::React);
+    acts.extend(moves(part).map(|output| Act::AskCpu { output }));
     for wire in request.division.wires.iter().filter(|wire| wire.from == cpu) {
         let carries = Carries::Fires(wire.transition);
         if let Some((connection, _)) = all().find(|(_, one)| one.carries == carries) {

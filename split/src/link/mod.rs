@@ -145,6 +145,8 @@ pub enum Carries {
     },
     /// Whether a transition fires in the round.
     Fires(TransitionId),
+    /// Whether any transition of a chip fires in the round, which decides whether there is another one.
+    Moves(PartIndex),
     /// A bit of an output of the net, from a chip to the plant.
     Plant {
         /// The output, in the net.
@@ -216,8 +218,18 @@ pub enum Act {
         /// The input of the part on the CPU that gets the value.
         to: InputId,
     },
+    /// Reads from a pin whether a transition of a chip fires in this round.
+    AskChip {
+        /// The connection of the pin.
+        connection: ConnectionIndex,
+    },
     /// Calls `NAME_step` of the part on the CPU.
     React,
+    /// Takes from an output of the part on the CPU whether one of its transitions fires in this round.
+    AskCpu {
+        /// The output.
+        output: OutputId,
+    },
     /// A pulse on the clock of all chips.
     Clock {
         /// The connection of the clock.
@@ -232,6 +244,9 @@ pub struct Link {
     pub connections: Vec<Connection>,
     /// One round, in order.
     pub acts: Vec<Act>,
+    /// The most rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after the first one
+    /// are without time and events.
+    pub most_rounds: Option<u32>,
     /// The levels that the CPU sets for row 0, in which all inputs are 0, if they differ from the levels in reset.
     pub start: Vec<(ConnectionIndex, bool)>,
 }

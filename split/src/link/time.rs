@@ -47,9 +47,13 @@ pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
     let acts = link.acts.iter().map(|act| match act {
         Act::Settle => wait,
         Act::React => 0,
-        Act::Latch | Act::Hand { .. } | Act::Put { .. } | Act::Get { .. } | Act::Clock { .. } => {
-            u64::from(cycles.act)
-        }
+        Act::Latch
+        | Act::Hand { .. }
+        | Act::Put { .. }
+        | Act::Get { .. }
+        | Act::AskChip { .. }
+        | Act::AskCpu { .. }
+        | Act::Clock { .. } => u64::from(cycles.act),
     });
     Some(u64::from(cycles.call) + acts.sum::<u64>())
 }

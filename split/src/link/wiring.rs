@@ -108,6 +108,7 @@ fn carried(request: &Request<'_>, one: &Connection) -> String {
         Carries::Fires(transition) => {
             format!("transition `{}` fires", net.transitions[transition].name.text)
         }
+        Carries::Moves(_) => "1 if a transition of the chip fires in this round".to_owned(),
         Carries::Plant { output, bit } => {
             let declared = &net.outputs[output];
             let bit = if declared.ty.is_bool() { String::new() } else { format!(", bit {bit}") };

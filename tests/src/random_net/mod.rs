@@ -136,7 +136,7 @@ impl<'f> Builder<'f> {
         }
         for index in 1..=1 + random.below(2) {
             if let Some(transition) = random.pick(&transitions) {
-                self.output(format!("fires{index}"), Type::Bool, Driver::Fires(*transition));
+                self.output(format!("fires{index}"), Type::Bool, Driver::Fires(vec![*transition]));
             }
         }
     }

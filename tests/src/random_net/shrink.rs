@@ -156,8 +156,10 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
                     Driver::Continuous(kept)
                 }
             }
-            Driver::Fires(transition) => renumber(&keep.transitions, *transition)
-                .map_or(Driver::Continuous(Vec::new()), Driver::Fires),
+            Driver::Fires(transitions) => {
+                let kept = transitions.iter().filter_map(|id| renumber(&keep.transitions, *id));
+                Driver::Fires(kept.collect())
+            }
             Driver::Stored(var) => {
                 renumber(&keep.vars, *var).map_or(Driver::Continuous(Vec::new()), Driver::Stored)
             }

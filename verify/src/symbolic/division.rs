@@ -10,13 +10,16 @@
 //! that it is compared with gives the same results. A part under `priority-age` may also store a relative age that nothing in the net depends on; its value is
 //! left free, so the proof shows that nothing in the part depends on it either.
 //!
+//! If the evolution of the net is `stable`, all this is shown for its micro-step, which is one round (semantics §10.3): then S is any state between two
+//! micro-steps. It must also be proved that no reaction of the net exceeds its limit, and each part must show whether it moves.
+//!
 //! By induction the parts then have the net's outputs, steps and variables in every row. The proof uses the second encoding of the reaction for the net and for each
 //! part. The division is a claim: the proof does not trust it, but checks which object each object of a part copies.
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::division::{Division, PartNet, Shown, Source};
+use grafsynth_ir::division::{Division, PartNet, Shown, Source, round_of};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Evolution, Net, StepId, TransitionId};
+use grafsynth_ir::net::{Driver, Evolution, InputKind, Net, Output, StepId, TransitionId};
 use grafsynth_ir::program::Origin;
 
 use super::aig::{Aig, Lit};
@@ -52,18 +55,27 @@ pub struct Apart {
     pub when: String,
 }
 
+/// What is known before the proof.
+#[derive(Debug, Clone, Copy)]
+pub struct RoundFacts<'a> {
+    /// The facts of the net of a round ([`round_of`]).
+    pub facts: &'a Facts,
+    /// Whether it is proved that no reaction of the net exceeds its limit of micro-steps; not used if the evolution is `single`.
+    pub ends: bool,
+}
+
 /// Proves that the parts of a division equal the net, for every row and every `dt`; with `one_tick`, only for `dt` 0 and 1.
 ///
 /// A difference is refuted only in the reset state, or if a wire depends on other wires. In a state that may be unreachable, the answer is open.
 #[must_use]
 pub fn joined(
     net: &Valid<Net>,
-    facts: &Facts,
+    known: RoundFacts<'_>,
     division: &Division,
     one_tick: bool,
     limits: &Limits,
 ) -> Verdict<Joined, Apart> {
-    match prove(net, facts, division, one_tick, limits) {
+    match prove(net, known, division, one_tick, limits) {
         Ok(joined) => Verdict::Proved(joined),
         Err(Failed::Apart(apart)) => Verdict::Refuted(apart),
         Err(Failed::Open(reason)) => Verdict::Open(Open::because(reason)),
@@ -98,16 +110,25 @@ struct Proof<'a> {
 
 fn prove(
     net: &Valid<Net>,
-    facts: &Facts,
+    known: RoundFacts<'_>,
     division: &Division,
     one_tick: bool,
     limits: &Limits,
 ) -> Result<Joined, Failed> {
     let single = |net: &Net| net.settings.evolution == Evolution::Single;
-    if !single(net) || !division.parts.iter().all(|part| single(&part.net)) {
-        return Err(Failed::Open("the evolution `stable` is not supported".to_owned()));
+    if net.settings.policy.is_statechart() {
+        return Err(Failed::Open("statecharts are not supported".to_owned()));
+    }
+    if !division.parts.iter().all(|part| single(&part.net)) {
+        return Err(Failed::Open("a part makes more than one micro-step in a round".to_owned()));
     }
     covers(net, division)?;
+    if !single(net) {
+        ends_together(net, division)?;
+    }
+    let round = round_of(net).map_err(|_| "the net has no round".to_owned())?;
+    let is_bounded = single(net) || known.ends;
+    let net = &round;
     let mut model = Model::of(net, None, limits)?;
     let (state, mut inputs) = (model.state.clone(), model.inputs.clone());
     if !one_tick {
@@ -119,9 +140,16 @@ fn prove(
     let next = model.maker.reaction(&state, &inputs)?;
     let next = Calling { reaction: next, calls: model.maker.called.clone() };
     let fires = model.maker.fired.first().cloned().unwrap_or_default();
+    let facts = known.facts;
     let mut proof = Proof { model, shared: Shared::new(), facts, limits, compared: 0, same: 0 };
-    for part in &division.parts {
+    for (at, part) in division.parts.iter().enumerate() {
+        let own = net.transitions.ids().filter(|id| division.owners.transitions[*id] == at);
+        let fires = Fires { each: &fires, own: own.collect() };
         proof.part(net, part, (&state, &inputs), &reset, &next, &fires)?;
+    }
+    if !is_bounded {
+        let reason = "it is not proved that each reaction becomes stable within its limit of micro-steps (everything else is)";
+        return Err(Failed::Open(reason.to_owned()));
     }
     let scope = if one_tick { Scope::OneTick } else { Scope::EveryStimulus };
     Ok(Joined { compared: proof.compared, same: proof.same, scope })
@@ -163,6 +191,43 @@ fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
     Ok(())
 }
 
+/// Checks what several rounds in a reaction need: each part that owns a transition shows whether it moves, and nothing happens only once in a reaction.
+fn ends_together(net: &Net, division: &Division) -> Result<(), Failed> {
+    for (at, part) in division.parts.iter().enumerate() {
+        let owns = division.owners.transitions.values().any(|owner| *owner == at);
+        if owns && !part.outputs.values().any(|shown| *shown == Shown::Moves) {
+            let what = format!("whether part `{}` moves", part.name);
+            return Err(Failed::Apart(Apart { what, when: "no output shows it".to_owned() }));
+        }
+    }
+    let is_continuous = |output: &Output| matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty());
+    let once = !net.actions.is_empty()
+        || !net.timers.is_empty()
+        || net.steps.values().any(|step| !step.tasks.is_empty() || !step.code.is_empty())
+        || net.inputs.values().any(|input| input.kind == InputKind::Extern)
+        || net.outputs.values().any(is_continuous);
+    if once {
+        return Err(Failed::Open(
+            "something happens once in a reaction of several rounds".to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// What fires in a reaction of the net.
+struct Fires<'a> {
+    /// For each transition, whether it does; empty at reset.
+    each: &'a [Lit],
+    /// The transitions that the part owns.
+    own: Vec<TransitionId>,
+}
+
+impl Fires<'_> {
+    fn of(&self, id: TransitionId) -> Lit {
+        self.each.get(id.index()).copied().unwrap_or(Lit::FALSE)
+    }
+}
+
 impl Proof<'_> {
     fn part(
         &mut self,
@@ -171,7 +236,7 @@ impl Proof<'_> {
         (state, inputs): (&State, &Inputs),
         reset: &Calling,
         next: &Calling,
-        fires: &[Lit],
+        fires: &Fires<'_>,
     ) -> Result<(), Failed> {
         let aig = std::mem::replace(self.model.aig(), Aig::new());
         let mut maker = Maker::new(&part.net, None, self.limits.circuit_nodes)?;
@@ -202,25 +267,25 @@ impl Proof<'_> {
         (net, part): (&Net, &PartNet),
         (state, inputs): (&State, &Inputs),
         (reset, next): (&Calling, &Calling),
-        fires: &[Lit],
+        fires: &Fires<'_>,
     ) -> Result<Vec<Pair>, Failed> {
         let whole = &self.model.maker.shape;
         // 1. The reset.
         let own = maker.reset()?;
-        let of_reset = Wanted { net, whole, of: reset, fires: &[] };
+        let none = Fires { each: &[], own: Vec::new() };
+        let of_reset = Wanted { net, whole, of: reset, fires: &none };
         let mut pairs = of_reset.pairs(maker, part, &own, true)?;
         // 2. The wires do not depend on wires.
         let given = seen(maker, whole, net, part, state)?;
         let mut own_inputs = independent(maker, net, part, &given, inputs)?;
         // 3. The reaction, if each wire shows whether its transition fires.
-        let fires_in_net = |id: TransitionId| fires.get(id.index()).copied().unwrap_or(Lit::FALSE);
         for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
             if let Source::Fires(id) = source {
-                *value = Value::Flag(fires_in_net(*id));
+                *value = Value::Flag(fires.of(*id));
             }
         }
         // The lists run under what fires in the net, which makes most functions equal by construction; that the part decides the same is shown for each transition.
-        let claimed: Vec<Lit> = part.transitions.values().map(|old| fires_in_net(*old)).collect();
+        let claimed: Vec<Lit> = part.transitions.values().map(|old| fires.of(*old)).collect();
         maker.claimed = Some(claimed.clone());
         let own = maker.reaction(&given, &own_inputs)?;
         if maker.decided.len() != claimed.len() {
@@ -290,17 +355,20 @@ fn independent(
     }
     let loose = maker.reaction(given, &own)?;
     for (id, shown) in part.outputs.iter() {
-        let Shown::Fires(transition) = shown else { continue };
+        let wire = match shown {
+            Shown::Output(_) => continue,
+            Shown::Fires(transition) => {
+                format!("the wire of transition `{}`", net.transitions[*transition].name)
+            }
+            Shown::Moves => format!("whether part `{}` moves", part.name),
+        };
         let support = maker
             .aig
             .support(&loose.outputs[id.index()], CONE)
             .ok_or_else(|| "the function of a wire is too large".to_owned())?;
         if support.iter().any(|lit| free.contains(lit)) {
-            let name = &net.transitions[*transition].name;
-            return Err(Failed::Apart(Apart {
-                what: format!("the wire of transition `{name}`"),
-                when: "it depends on a wire of another part".to_owned(),
-            }));
+            let when = "it depends on a wire of another part".to_owned();
+            return Err(Failed::Apart(Apart { what: wire, when }));
         }
     }
     Ok(own)
@@ -311,8 +379,8 @@ struct Wanted<'a> {
     net: &'a Net,
     whole: &'a Shape,
     of: &'a Calling,
-    /// What fires; empty at reset.
-    fires: &'a [Lit],
+    /// What fires.
+    fires: &'a Fires<'a>,
 }
 
 impl Wanted<'_> {
@@ -340,8 +408,11 @@ impl Wanted<'_> {
         for (id, shown) in part.outputs.iter() {
             let wanted = match shown {
                 Shown::Output(old) => self.of.reaction.outputs[old.index()].clone(),
-                Shown::Fires(old) => {
-                    vec![self.fires.get(old.index()).copied().unwrap_or(Lit::FALSE)]
+                Shown::Fires(old) => vec![self.fires.of(*old)],
+                Shown::Moves => {
+                    let own: Vec<Lit> =
+                        self.fires.own.iter().map(|id| self.fires.of(*id)).collect();
+                    vec![maker.aig.or_all(own)]
                 }
             };
             let codes = wanted.into_iter().zip(&own.outputs[id.index()]);
@@ -354,7 +425,7 @@ impl Wanted<'_> {
         }
         let old = |call: &Call| match part.outputs[call.output] {
             Shown::Output(output) => Some(Call { output, ..call.clone() }),
-            Shown::Fires(_) => None,
+            Shown::Fires(_) | Shown::Moves => None,
         };
         let own: Vec<Call> = maker.called.iter().filter_map(old).collect();
         let is_own =
@@ -428,7 +499,7 @@ fn seen(
     let bits = whole.bits(net, &mut maker.aig, state);
     let shape = maker.shape.clone();
     let mut missing = None;
-    let given = shape.read(&part.net, &mut maker.aig, &mut |(origin, element, bit), aig| {
+    let mut given = shape.read(&part.net, &mut maker.aig, &mut |(origin, element, bit), aig| {
         if is_free(part, whole, origin) {
             return aig.variable();
         }
@@ -439,10 +510,18 @@ fn seen(
             Lit::FALSE
         })
     });
-    match missing {
-        Some(reason) => Err(Failed::Open(reason)),
-        None => Ok(given),
+    if let Some(reason) = missing {
+        return Err(Failed::Open(reason));
     }
+    // The code of a number is its distance from the lower bound. A number that is read back from its code is a sum, which no sharing of nodes finds equal to the
+    // number itself; so numbers are taken as they are.
+    for (id, old) in part.vars.iter() {
+        let (own, var) = (&part.net.vars[id], &net.vars[*old]);
+        if (own.ty, own.len) == (var.ty, var.len) {
+            given.vars[id.index()].clone_from(&state.vars[old.index()]);
+        }
+    }
+    Ok(given)
 }
 
 /// True for a relative age that the net does not store.

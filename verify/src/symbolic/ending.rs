@@ -211,10 +211,12 @@ impl Maker<'_> {
             let code = match &output.driver {
                 Driver::Continuous(emissions) => vec![self.continuous(state, id, emissions)],
                 Driver::Mealy(_) => vec![Lit::FALSE],
-                Driver::Fires(transition) => {
+                Driver::Fires(transitions) => {
                     // Evolution `Single`: at most one micro-step; none at reset.
-                    let fires = self.fired.first().map(|fired| fired[transition.index()]);
-                    all.push(vec![fires.unwrap_or(Lit::FALSE)]);
+                    let fires: Vec<Lit> = (self.fired.first().into_iter())
+                        .flat_map(|fired| transitions.iter().map(|id| fired[id.index()]))
+                        .collect();
+                    all.push(vec![self.aig.or_all(fires)]);
                     continue;
                 }
                 Driver::Stored(var) => match state.vars[var.index()].first().cloned() {

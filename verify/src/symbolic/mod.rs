@@ -56,7 +56,7 @@ use crate::limits::Limits;
 use crate::verdict::Open;
 pub(crate) use asserts::never;
 use asserts::over_state;
-pub use division::{Apart, Joined, joined};
+pub use division::{Apart, Joined, RoundFacts, joined};
 pub use dominance::{Dominance, dominates};
 pub use invariant::{Invariant, Refused, StateBit, Times, recheck, state_bits};
 pub(crate) use pair::{Diagram, Equalities, Induction, Question, diagram, induction};

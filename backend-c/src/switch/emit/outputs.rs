@@ -158,13 +158,13 @@ impl Emit<'_> {
                         ),
                     }
                 }
-                Driver::Fires(transition) if !mealy => {
+                Driver::Fires(transitions) if !mealy => {
                     // A transition without an owner requires two steps that exclude each other.
-                    let value = if self.needs_flag(*transition) {
-                        CExpr::condition(self.scan(&self.fire_flag(*transition)), Prec::Atom)
-                    } else {
-                        CExpr::bool(false)
-                    };
+                    let flags = transitions
+                        .iter()
+                        .filter(|id| self.needs_flag(**id))
+                        .map(|id| CExpr::condition(self.scan(&self.fire_flag(*id)), Prec::Atom));
+                    let value = CExpr::or(flags);
                     match bit {
                         Some(_) if value.is_false() => {}
                         Some(light) => nodes.push(Node::when(&value.text, vec![light])),

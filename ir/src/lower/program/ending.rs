@@ -135,7 +135,7 @@ impl Builder<'_> {
         mealy
     }
 
-    /// Outputs that show that a transition fires: evaluated before the situation changes, like mealy outputs.
+    /// Outputs that show that a transition fires, or one of several: evaluated before the situation changes, like mealy outputs.
     pub(super) fn shown_firings(
         &mut self,
         fire: &IdMap<Transition, Expr>,
@@ -143,9 +143,10 @@ impl Builder<'_> {
         out: &mut Vec<Stmt>,
     ) {
         for (id, output) in self.net.outputs.iter() {
-            if let Driver::Fires(transition) = output.driver {
+            if let Driver::Fires(transitions) = &output.driver {
                 let name = output.name.text.clone();
-                let value = self.named(name, TempRole::Helper, fire[transition].clone(), out);
+                let value = Expr::or(transitions.iter().map(|id| fire[*id].clone()));
+                let value = self.named(name, TempRole::Helper, value, out);
                 mealy.insert(id, value);
             }
         }
