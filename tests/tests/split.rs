@@ -103,7 +103,7 @@ fn reactions_of_several_rounds(net: &Valid<Net>, seed: u64) -> usize {
         let is_fault = whole.step(&row).fault;
         (is_fault, whole.firings().count() > 1)
     };
-    let rows = stimulus.rows().map(|row| is_long(row));
+    let rows = stimulus.rows().map(is_long);
     rows.take_while(|(is_fault, _)| !is_fault).filter(|(_, is_long)| *is_long).count()
 }
 
