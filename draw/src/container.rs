@@ -146,7 +146,8 @@ impl Builder<'_> {
 
     fn add_cells(&mut self) {
         let vertex = &self.tree.vertices[self.container];
-        if matches!(vertex.kind, Kind::State | Kind::Region) && !vertex.name.is_empty() {
+        let is_named_region = vertex.kind == Kind::Region && !vertex.name.is_empty();
+        if vertex.kind == Kind::State || is_named_region {
             self.add(What::Header, vertex::header(vertex), 0);
         }
         let mut n_links: BTreeMap<(usize, Side), i64> = BTreeMap::new();
@@ -360,7 +361,7 @@ impl Builder<'_> {
 
     /// Sets the columns of all ends: those that are fixed, and then each free end as near as possible to the other end of its link.
     fn set_columns(&mut self) {
-        let mut used: BTreeMap<(usize, Side), Vec<i64>> = BTreeMap::new();
+        let mut used: BTreeMap<(usize, Side), BTreeSet<i64>> = BTreeMap::new();
         let mut free: BTreeMap<(usize, Side), Vec<Wish>> = BTreeMap::new();
         for index in 0..self.links.len() {
             let Link { edge, ends, .. } = self.links[index];
@@ -370,7 +371,7 @@ impl Builder<'_> {
                 match self.fixed(edge, end) {
                     Some(offset) => {
                         let x = column(end, offset);
-                        used.entry((end.cell, end.side)).or_default().push(x);
+                        used.entry((end.cell, end.side)).or_default().insert(x);
                         self.links[index].columns[place] = x;
                     }
                     None => {
@@ -394,12 +395,13 @@ impl Builder<'_> {
             for Wish { x: wish, link, place } in wishes.into_iter().chain(right.into_iter().rev()) {
                 let slots =
                     (step..width / PITCH).filter(|n| n % step == 0).map(|n| left + n * PITCH);
-                let is_free = |x: &i64| used.iter().all(|other| (x - other).abs() >= 2 * PITCH);
+                let is_free =
+                    |x: &i64| used.range(x - 2 * PITCH + 1..x + 2 * PITCH).next().is_none();
                 let best = { slots }.filter(is_free).min_by_key(|x| ((x - wish).abs(), *x));
                 // There is always room for links at every second slot; after unlucky choices, for closer ones.
                 let slots = (1..width / PITCH).map(|n| left + n * PITCH);
                 let x = best.or_else(|| { slots }.find(|x| !used.contains(x))).unwrap_or(middle);
-                used.push(x);
+                used.insert(x);
                 self.links[link].columns[place] = x;
             }
         }

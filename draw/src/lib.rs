@@ -8,7 +8,8 @@
 //! The files in reading order: [`picture`] is the drawing as data. `content` turns a chart into symbols and links, with conditions written by `notation`;
 //! `symbol` draws one symbol. `order`, `blocks` and `channels` lay out a graph: rows, columns, links. Statecharts have a layout of their own: `states` turns a
 //! chart into boxes inside of boxes, `vertex` draws one box, `routes` divides transitions at the borders of states, `container` lays out the inside of one
-//! state, with `layers` for columns and `tracks` for links, and `nest` joins everything. `sheet` puts the parts together, [`overlay`] adds a situation or leaves blanks, [`mod@waves`] draws traces, and `svg` writes everything.
+//! state, with `layers` for columns and `tracks` for links, and `nest` joins everything. [`overlay`] adds a situation or leaves blanks,
+//! `sheet` puts the parts together, [`mod@waves`] draws traces, and `svg` writes everything.
 //!
 //! The same chart gives the same drawing on every machine: all coordinates are whole numbers. docs/drawing.md lists the symbols with their meaning.
 
