@@ -342,37 +342,21 @@ fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict
 #[must_use]
 pub fn item(net: &Net, text: &str) -> Option<Item> {
     let (kind, name) = text.split_once(' ').map_or(("", text), |(kind, name)| (kind, name.trim()));
-    let is = |word: &str| kind.is_empty() || kind == word;
-    let mut all: Vec<(&str, Item)> = Vec::new();
-    let named = |it: &grafsynth_ir::Name| it.text == name;
-    all.extend(
-        net.steps.iter().filter(|(_, it)| named(&it.name)).map(|(id, _)| ("step", Item::Step(id))),
-    );
-    all.extend(
-        net.transitions
-            .iter()
-            .filter(|(_, it)| named(&it.name))
-            .map(|(id, _)| ("transition", Item::Transition(id))),
-    );
-    all.extend(
-        net.vars
-            .iter()
-            .filter(|(_, it)| named(&it.name))
-            .map(|(id, _)| ("variable", Item::Var(id))),
-    );
-    all.extend(
-        net.outputs
-            .iter()
-            .filter(|(_, it)| named(&it.name))
-            .map(|(id, _)| ("output", Item::Output(id))),
-    );
-    all.extend(
-        net.actions
-            .iter()
-            .filter(|(_, it)| named(&it.name))
-            .map(|(id, _)| ("action", Item::Action(id))),
-    );
-    all.into_iter().find(|(word, _)| is(word)).map(|(_, item)| item)
+    let mut all = named_items(net);
+    let is_it = |one: &(&str, &str, Item)| one.1 == name && (kind.is_empty() || kind == one.0);
+    all.find(is_it).map(|(_, _, item)| item)
+}
+
+/// The objects that a place can name, with kind and name.
+fn named_items(net: &Net) -> impl Iterator<Item = (&'static str, &str, Item)> {
+    let steps = net.steps.iter().map(|(id, it)| ("step", &it.name, Item::Step(id)));
+    let transitions =
+        net.transitions.iter().map(|(id, it)| ("transition", &it.name, Item::Transition(id)));
+    let vars = net.vars.iter().map(|(id, it)| ("variable", &it.name, Item::Var(id)));
+    let outputs = net.outputs.iter().map(|(id, it)| ("output", &it.name, Item::Output(id)));
+    let actions = net.actions.iter().map(|(id, it)| ("action", &it.name, Item::Action(id)));
+    let all = steps.chain(transitions).chain(vars).chain(outputs).chain(actions);
+    all.map(|(kind, name, item)| (kind, name.text.as_str(), item))
 }
 
 /// The object that a `place` in the chart names.
@@ -388,10 +372,5 @@ pub fn placed_item(item: PlacedItem) -> Item {
 
 /// The names that [`item`] knows, for a suggestion.
 pub fn item_names(net: &Net) -> impl Iterator<Item = &str> {
-    let steps = net.steps.values().map(|it| it.name.text.as_str());
-    let transitions = net.transitions.values().map(|it| it.name.text.as_str());
-    let vars = net.vars.values().map(|it| it.name.text.as_str());
-    let outputs = net.outputs.values().map(|it| it.name.text.as_str());
-    let actions = net.actions.values().map(|it| it.name.text.as_str());
-    steps.chain(transitions).chain(vars).chain(outputs).chain(actions)
+    named_items(net).map(|(_, name, _)| name)
 }

@@ -100,7 +100,13 @@ fn link_on(
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
-                return Err(bug(format!("the pins of `{}` are not assigned", requested.name)));
+                // Equations that do not fit are written without pins, so this is no error of the build.
+                let message = format!(
+                    "part `{}` does not fit the {}: its pins are not assigned",
+                    requested.name, device.name
+                );
+                let found = Diagnostic::error(codes::NO_PARTITION, message);
+                return Err(vec![found.help("use a larger chip, or place fewer objects on it")]);
             };
             chips.push(pins(chip, device.name).map_err(bug)?);
         }
