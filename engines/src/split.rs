@@ -65,7 +65,9 @@ impl OfCpu {
     #[must_use]
     pub fn about(self) -> &'static str {
         match self {
-            OfCpu::Host => "the parts of a partition file with their link, the CPU on this computer",
+            OfCpu::Host => {
+                "the parts of a partition file with their link, the CPU on this computer"
+            }
             OfCpu::Simulated => "the same with the CPU and its ports simulated (simavr, qemu)",
         }
     }

@@ -112,9 +112,7 @@ fn engines(
     }
     let named = arguments.engines.iter().filter(|name| *name != "ir");
     let with = arguments.with.as_deref();
-    named
-        .map(|name| Ok((name.clone(), choice(name, with)?.engine(session, net, with)?)))
-        .collect()
+    named.map(|name| Ok((name.clone(), choice(name, with)?.engine(session, net, with)?))).collect()
 }
 
 /// The comparison of a chart on several engines.

@@ -13,9 +13,7 @@ use grafsynth_driver::codes;
 use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{
-    self, Objective, PartDevice, Place, Request, RequestedPart, Split,
-};
+use grafsynth_driver::split::{self, Objective, PartDevice, Place, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::{OfCpu, SplitEngine};
 use grafsynth_ir::net::Net;
@@ -88,7 +86,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         }
     };
     let table = arguments.table.then(|| split::table(net, &split, &link, &request));
-    let exit = finish(session, arguments, net, &stem, (split, &parts), (made_of, link.files), found)?;
+    let exit =
+        finish(session, arguments, net, &stem, (split, &parts), (made_of, link.files), found)?;
     if let Some(table) = table {
         session.tell(&format!("\n{table}\n"));
     }

@@ -45,7 +45,8 @@ pub fn table(net: &Valid<Net>, split: &Split, linked: &Linked, request: &Request
     let mut text = "| | macrocells | pins of the chips | pins of the CPU | worst-case cycles | latency |\n|---|---|---|---|---|---|\n".to_owned();
     for way in ways {
         let Way { name, cells, chip_pins, cpu_pins, cycles, latency } = way;
-        text += &format!("| {name} | {cells} | {chip_pins} | {cpu_pins} | {cycles} | {latency} |\n");
+        text +=
+            &format!("| {name} | {cells} | {chip_pins} | {cpu_pins} | {cycles} | {latency} |\n");
     }
     text
 }
@@ -82,7 +83,8 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
 }
 
 fn cpu_alone(net: &Net, name: &str, built: &BuiltPart) -> Way {
-    let outputs: u64 = net.outputs.values().filter(|it| !it.is_extern()).map(|it| bits(it.ty)).sum();
+    let outputs: u64 =
+        net.outputs.values().filter(|it| !it.is_extern()).map(|it| bits(it.ty)).sum();
     let cycles = cpu(name).and_then(|cpu| Some((cpu, bound(built, cpu)?)));
     Way {
         name: format!("{name} alone"),
@@ -123,9 +125,8 @@ fn both(net: &Net, split: &Split, linked: &Linked) -> Way {
         cells: of_chips().map(cells).sum::<u64>().to_string(),
         chip_pins: of_chips().map(pins).sum::<u64>().to_string(),
         cpu_pins: (input_bits(net) + outputs + wires).to_string(),
-        cycles: cycles.map_or_else(unknown, |cycles| {
-            format!("{cycles}, and {accesses} accesses of pins")
-        }),
+        cycles: cycles
+            .map_or_else(unknown, |cycles| format!("{cycles}, and {accesses} accesses of pins")),
         latency: cycles.map_or_else(unknown, |cycles| {
             let time = microseconds(linked.cpu, cycles + of_link, waits * linked.settle_ns);
             format!("about {time}")

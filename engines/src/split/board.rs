@@ -43,8 +43,7 @@ impl<'a> Board<'a> {
             chips.push(Device::new(net, chip, pins)?);
         }
         let levels = vec![None; linked.link.connections.len()];
-        let mut board =
-            Board { linked, chips, driven: BTreeMap::new(), levels, trouble: None };
+        let mut board = Board { linked, chips, driven: BTreeMap::new(), levels, trouble: None };
         board.update();
         Ok(board)
     }
@@ -64,7 +63,8 @@ impl<'a> Board<'a> {
         match level {
             Some(level) => {
                 if let Some(one) = self.linked.link.connections.iter().find(|one| is_read(one)) {
-                    let message = format!("the CPU drives pin {pin}, but a chip drives `{}`", one.name);
+                    let message =
+                        format!("the CPU drives pin {pin}, but a chip drives `{}`", one.name);
                     self.trouble.get_or_insert(message);
                 }
                 self.driven.insert(pin, level);

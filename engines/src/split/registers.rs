@@ -36,7 +36,8 @@ impl Registers {
     }
 
     fn pins_of(&self, port: char) -> impl Iterator<Item = Pin> + use<> {
-        let mut pins: Vec<Pin> = self.cpu.pins.iter().filter(|pin| pin.port == port).copied().collect();
+        let mut pins: Vec<Pin> =
+            self.cpu.pins.iter().filter(|pin| pin.port == port).copied().collect();
         pins.sort_unstable_by_key(|pin| pin.bit);
         pins.into_iter()
     }
@@ -67,7 +68,8 @@ impl Registers {
         let Some((base, port)) = stm32_port(at) else { return };
         let bit = 2 + (base - STM32_PORTS) / 0x400;
         if self.value(STM32_CLOCKS) >> bit & 1 == 0 {
-            let message = format!("a register of port {port} is written before the port has a clock");
+            let message =
+                format!("a register of port {port} is written before the port has a clock");
             board.trouble.get_or_insert(message);
             return;
         }
@@ -116,6 +118,7 @@ impl Registers {
 /// The base address and the letter of the port that has this register.
 fn stm32_port(at: u32) -> Option<(u32, char)> {
     let index = at.checked_sub(STM32_PORTS)? / 0x400;
-    let letter = char::from_u32(u32::from('A') + index).filter(|letter| ('A'..='G').contains(letter))?;
+    let letter =
+        char::from_u32(u32::from('A') + index).filter(|letter| ('A'..='G').contains(letter))?;
     Some((STM32_PORTS + index * 0x400, letter))
 }

@@ -40,7 +40,10 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     }
     for (part, pin) in grounded(request) {
         let name = part_name(request, part);
-        _ = writeln!(text, "| ground | enables outputs while it is low | ground | {name} {pin} | none |");
+        _ = writeln!(
+            text,
+            "| ground | enables outputs while it is low | ground | {name} {pin} | none |"
+        );
     }
     let used: Vec<u32> = link
         .connections
