@@ -60,10 +60,22 @@ impl<'a> Waits<'a> {
         }
         for factor in transition.guard.factors().iter().filter(|factor| !factor.is_true()) {
             let value = self.expr(factor, DEEPEST).map(|value| self.writer.expr(&value));
-            let text = print_expr(self.net, factor);
+            let text = self.text(factor);
             all.push(json!({ "text": text, "value": value, "time": self.time(factor) }));
         }
         all
+    }
+
+    /// A condition as text, with the operands of its edges in place of their numbers (`%0`).
+    fn text(&self, expr: &net::Expr) -> String {
+        let mut text = print_expr(self.net, expr);
+        let edges: BTreeSet<EdgeId> = expr.leaves().filter_map(net::Leaf::edge).collect();
+        // From the last one down: `%1` also begins `%10`.
+        for edge in edges.into_iter().rev() {
+            let operand = print_expr(self.net, &self.net.edges[edge].expr);
+            text = text.replace(&format!("%{}", edge.index()), &operand);
+        }
+        text
     }
 
     /// For a comparison of a step's time with a constant: the step, the operator, and the ticks.
