@@ -133,8 +133,8 @@ fn the_parts_of_random_nets_are_the_net() {
     }
     println!("{tally:#?}");
     if only.is_none() {
-        let with_calls = tally.keys().filter(|class| class.contains("calls"));
-        assert_eq!(with_calls.count(), 0, "calls are no reason to give up");
+        let refused = tally.keys().filter(|class| class.contains("not supported"));
+        assert_eq!(refused.count(), 0, "{tally:#?}");
         let hard =
             tally.iter().filter(|(class, _)| class.contains("hard")).map(|(_, n)| n).sum::<u32>();
         let all: u32 =
