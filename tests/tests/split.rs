@@ -182,8 +182,8 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     }
     println!("{tally:#?}, {long} reactions of several rounds");
     if only.is_none() {
-        let with_calls = tally.keys().filter(|class| class.contains("calls"));
-        assert_eq!(with_calls.count(), 0, "calls are no reason to give up");
+        let refused = tally.keys().filter(|class| class.contains("not supported"));
+        assert_eq!(refused.count(), 0, "{tally:#?}");
         let hard =
             tally.iter().filter(|(class, _)| class.contains("hard")).map(|(_, n)| n).sum::<u32>();
         let all: u32 =
