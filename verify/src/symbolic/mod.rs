@@ -38,6 +38,7 @@ mod shared;
 mod state;
 mod statechart;
 mod sweep;
+mod values;
 
 use std::collections::BTreeMap;
 
