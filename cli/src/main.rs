@@ -5,6 +5,7 @@ mod effort;
 mod evidence;
 mod exit;
 mod files;
+mod help;
 mod interrupt;
 mod lists;
 mod load;
@@ -43,7 +44,7 @@ fn main() -> ExitCode {
         print(&list);
         return end(Exit::Done);
     }
-    let parsed = args::command()
+    let parsed = help::command()
         .try_get_matches()
         .and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
     let (cli, matches) = match parsed {

@@ -255,7 +255,7 @@ pub fn any_error(diagnostics: &[Diagnostic]) -> bool {
 /// error. The distance must be at most a third of the word's length, but one edit is always allowed. A candidate that shares no letter with `word` never
 /// matches, nor does one that differs only in its digits: `s2` and `s1` are different steps.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    nearest_type(word, candidates.into_iter().filter(|one| !differs_in_digits(word, one)))
+    nearest_of(word, candidates, |candidate| !differs_in_digits(word, candidate))
 }
 
 /// Like [`nearest`], but the candidate may differ only in its digits, as types of chips do: `gal22v10` for `gal22v11`.
@@ -263,15 +263,23 @@ pub fn nearest_type<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,
 ) -> Option<&'a str> {
+    nearest_of(word, candidates, |_| true)
+}
+
+/// The nearest of the likely candidates for which `may_be` is true; it is asked last, of the few that are near.
+fn nearest_of<'a>(
+    word: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+    may_be: impl Fn(&str) -> bool,
+) -> Option<&'a str> {
     let wanted: Vec<char> = word.chars().collect();
     let budget = (wanted.len().max(3) / 3) * 2;
     candidates
         .into_iter()
-        .filter(|candidate| *candidate != word)
         .filter(|candidate| candidate.chars().count().abs_diff(wanted.len()) * 2 <= budget)
-        .filter(|candidate| shares_a_letter(&wanted, candidate))
+        .filter(|candidate| *candidate != word && shares_a_letter(&wanted, candidate))
         .map(|candidate| (distance(&wanted, &candidate.chars().collect::<Vec<_>>()), candidate))
-        .filter(|(distance, _)| *distance <= budget)
+        .filter(|(distance, candidate)| *distance <= budget && may_be(candidate))
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)
 }
@@ -279,7 +287,14 @@ pub fn nearest_type<'a>(
 /// True if some letter of `candidate` occurs in `word`, ignoring case.
 fn shares_a_letter(word: &[char], candidate: &str) -> bool {
     let mut letters = candidate.chars().filter(|c| c.is_alphanumeric());
-    letters.any(|c| word.iter().any(|own| own.to_lowercase().eq(c.to_lowercase())))
+    letters.any(|c| word.iter().any(|own| is_same_letter(*own, c)))
+}
+
+/// True if the two letters are equal except for their case.
+fn is_same_letter(a: char, b: char) -> bool {
+    // The tables of Unicode are slow, and names are nearly always ASCII.
+    let is_ascii = a.is_ascii() && b.is_ascii();
+    if is_ascii { a.eq_ignore_ascii_case(&b) } else { a.to_lowercase().eq(b.to_lowercase()) }
 }
 
 /// True if the two names differ only in their digits.
@@ -307,7 +322,7 @@ fn distance(a: &[char], b: &[char]) -> usize {
         for j in 1..=b.len() {
             let change = if a[i - 1] == b[j - 1] {
                 0
-            } else if a[i - 1].to_lowercase().eq(b[j - 1].to_lowercase()) {
+            } else if is_same_letter(a[i - 1], b[j - 1]) {
                 1
             } else {
                 2

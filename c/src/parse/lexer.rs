@@ -80,17 +80,9 @@ impl Token<'_> {
 fn sign(rest: &[u8]) -> Option<usize> {
     match rest {
         [b'<', b'<', b'=', ..] | [b'>', b'>', b'=', ..] | [b'.', b'.', b'.', ..] => Some(3),
-        [first @ (b'+' | b'-' | b'<' | b'>' | b'&' | b'|' | b'#'), second, ..]
-            if first == second =>
-        {
-            Some(2)
-        }
+        [first, b'=', ..] if b"<>=!*/%+-&^|".contains(first) => Some(2),
+        [first, second, ..] if first == second && b"+-<>&|#".contains(first) => Some(2),
         [b'-', b'>', ..] => Some(2),
-        [
-            b'<' | b'>' | b'=' | b'!' | b'*' | b'/' | b'%' | b'+' | b'-' | b'&' | b'^' | b'|',
-            b'=',
-            ..,
-        ] => Some(2),
         [first, ..] if b"[](){}.&*+-~!/%<>^|?:;=,#".contains(first) => Some(1),
         _ => None,
     }

@@ -1,7 +1,8 @@
 //! `grafsynth completions SHELL` and `grafsynth man [VERB]`.
 
-use crate::args::{Manual, command};
+use crate::args::Manual;
 use crate::exit::Exit;
+use crate::help::command;
 use crate::lists;
 use clap::builder::PossibleValuesParser;
 use clap_complete::Shell;

@@ -39,6 +39,7 @@ mod shared;
 mod state;
 mod statechart;
 mod sweep;
+mod values;
 
 use std::collections::BTreeMap;
 
