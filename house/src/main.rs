@@ -49,12 +49,12 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
     ("code lines of c and backend-c", 29_570),
-    ("code lines of ir", 20_600),
-    ("code lines of driver", 12_480),
-    ("code lines of all crates", 170_420),
+    ("code lines of ir", 20_620),
+    ("code lines of driver", 12_490),
+    ("code lines of all crates", 170_760),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
-    ("lines that list variants", 647),
+    ("lines that list variants", 649),
     ("text tests on emitted C", 3),
 ];
 
