@@ -99,11 +99,10 @@ fn difference(net: &Valid<Net>, division: &Division, seed: u64) -> Option<String
 fn reactions_of_several_rounds(net: &Valid<Net>, seed: u64) -> usize {
     let mut whole = Simulator::new(net);
     let stimulus = Stimulus::random(net, 60, seed, 3);
-    let mut is_long = |row| {
+    let rows = stimulus.rows().map(|row| {
         let is_fault = whole.step(&row).fault;
         (is_fault, whole.firings().count() > 1)
-    };
-    let rows = stimulus.rows().map(|row| is_long(row));
+    });
     rows.take_while(|(is_fault, _)| !is_fault).filter(|(_, is_long)| *is_long).count()
 }
 
@@ -192,9 +191,11 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     }
 }
 
-/// The charts of semantics §12 on which a simpler rule for the rounds of `stable` fails: steps and transitions, one row of inputs after the other, and the situation
-/// after each.
-const ROUNDS: [(&str, &str, &[(i64, &str)]); 4] = [
+/// What a chart shows, its steps and transitions, and rows: the only input, and the situation after the row.
+type RoundCase = (&'static str, &'static str, &'static [(i64, &'static str)]);
+
+/// The charts of semantics §12 on which a simpler rule for the rounds of `stable` fails.
+const ROUNDS: [RoundCase; 4] = [
     (
         "C43: a part that does not move in the first round",
         "input i bool
