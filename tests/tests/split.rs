@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::division::{Division, Owners, Source, round_of};
 use grafsynth_ir::net::{Driver, Enter, Expr, Net};
-use grafsynth_ir::{Valid, text, validate};
-use grafsynth_sim::{Joint, Random, Simulator, Stimulus};
+use grafsynth_ir::{FileId, Valid, text, validate};
+use grafsynth_sim::{InputRow, Joint, Random, Simulator, Stimulus};
 use grafsynth_split::{Groups, Item, divide, together};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_verify::verdict::Verdict;
@@ -61,7 +61,7 @@ fn difference(net: &Valid<Net>, division: &Division, seed: u64) -> Option<String
     let stimulus = Stimulus::random(net, 60, seed, 3);
     let mut whole = Simulator::new(net);
     let mut joint = Joint::new(net, division);
-    let zero = grafsynth_sim::InputRow { dt: 0, ..grafsynth_sim::InputRow::zero(net) };
+    let zero = InputRow { dt: 0, ..InputRow::zero(net) };
     let compare = |at: usize, wanted: &grafsynth_sim::Row, given: &grafsynth_sim::Row| {
         // Which conditions are called is no column of a trace: an operand of an edge that nobody reads is not copied.
         let effects = |row: &grafsynth_sim::Row| {
@@ -99,11 +99,10 @@ fn difference(net: &Valid<Net>, division: &Division, seed: u64) -> Option<String
 fn reactions_of_several_rounds(net: &Valid<Net>, seed: u64) -> usize {
     let mut whole = Simulator::new(net);
     let stimulus = Stimulus::random(net, 60, seed, 3);
-    let mut is_long = |row| {
+    let rows = stimulus.rows().map(|row| {
         let is_fault = whole.step(&row).fault;
         (is_fault, whole.firings().count() > 1)
-    };
-    let rows = stimulus.rows().map(is_long);
+    });
     rows.take_while(|(is_fault, _)| !is_fault).filter(|(_, is_long)| *is_long).count()
 }
 
@@ -192,6 +191,95 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         assert_eq!(long >= 10, features(0).stable, "{long} reactions of several rounds");
         assert!(tally.get("3 wires").is_some_and(|n| n * 2 > all), "most divisions have wires");
     }
+}
+
+/// What a chart shows, its steps and transitions, and rows: the only input, and the situation after the row.
+type RoundCase = (&'static str, &'static str, &'static [(i64, &'static str)]);
+
+/// The charts of semantics §12 on which a simpler rule for the rounds of `stable` fails.
+const ROUNDS: [RoundCase; 4] = [
+    (
+        "C43: a part that does not move in the first round",
+        "input i bool
+         step p in g initial
+         step q in g initial
+         step x in g
+         step y in g
+         transition t1 in g p -> x when i
+         transition t2 in g q -> y when x.active",
+        &[(0, "p q"), (1, "x y")],
+    ),
+    (
+        "C44: events are those of the first round",
+        "input E bool event
+         step s in g initial
+         step r in g
+         transition t1 in g s -> r when E
+         transition t2 in g r -> s when E",
+        &[(1, "r"), (1, "s"), (0, "s")],
+    ),
+    (
+        "C45: time passes in the first round",
+        "input a bool
+         step s in g initial
+         step r in g
+         step u in g
+         transition t1 in g s -> r when a
+         transition t2 in g r -> u when r.t >= 1",
+        &[(1, "r"), (0, "u")],
+    ),
+    (
+        "C46: an assumption about events is not one about rounds",
+        "input E bool event
+         step s in g initial
+         step r in g
+         step u in g
+         transition t1 in g s -> r when E
+         transition t2 in g r -> u when not E
+         assume never not E",
+        &[(1, "u")],
+    ),
+];
+
+#[test]
+fn rounds_end_when_no_part_moves_and_have_one_time_and_one_event() {
+    for (what, items, rows) in ROUNDS {
+        let items: Vec<&str> = items.lines().map(str::trim).collect();
+        let items = items.join("\n");
+        let net = format!(
+            "net n\npolicy all\nevolution stable limit 8\nschedule declared\ntick 10000000 ns\npart g level 1\n{items}\n"
+        );
+        let (parsed, findings) = text::parse(FileId(0), &net);
+        let net = parsed.and_then(|net| validate(net).ok());
+        let net = net.unwrap_or_else(|| panic!("{what}: {findings:?}"));
+        let mut n_wires = 0;
+        for seed in 0..12 {
+            let parts = division(&net, seed).expect("it can be divided");
+            n_wires += parts.wires.len();
+            let mut joint = Joint::new(&net, &parts);
+            for (at, (value, wanted)) in rows.iter().enumerate() {
+                let row = joint.step(&InputRow { dt: 1, values: vec![*value] });
+                let names = row.steps.iter().map(|step| net.steps[*step].name.text.as_str());
+                let names: Vec<&str> = names.collect();
+                assert_eq!(names.join(" "), *wanted, "{what}, division {seed}, row {}", at + 1);
+            }
+            assert!(matches!(proof(&net, &parts), Verdict::Proved(_)), "{what}, division {seed}");
+            // A part that may rely on the assumption would take the second round for impossible.
+            assert!(parts.parts.iter().all(|part| part.net.properties.is_empty()), "{what}");
+        }
+        assert!(n_wires > 0, "{what}: nothing was divided");
+    }
+}
+
+#[test]
+fn a_division_is_open_if_reactions_may_not_end() {
+    let net = random_net(0, &Features { single: false, stable: true, ..Features::plain() });
+    let parts = division(&net, 0).expect("plain nets can be divided");
+    let facts = structural_facts(&round_of(&net).expect("a valid net has a round"));
+    let verdict =
+        |ends| joined(&net, RoundFacts { facts: &facts, ends }, &parts, false, &Limits::default());
+    assert!(matches!(verdict(true), Verdict::Proved(_)));
+    assert!(matches!(verdict(false), Verdict::Open(_)));
 }
 
 /// A division with one mistake.
