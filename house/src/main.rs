@@ -51,7 +51,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 29_570),
     ("code lines of ir", 20_600),
     ("code lines of driver", 12_480),
-    ("code lines of all crates", 170_420),
+    ("code lines of all crates", 170_450),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
     ("lines that list variants", 647),
