@@ -50,9 +50,9 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
     ("code lines of c and backend-c", 29_570),
-    ("code lines of ir", 20_600),
-    ("code lines of driver", 12_730),
-    ("code lines of all crates", 171_100),
+    ("code lines of ir", 20_640),
+    ("code lines of driver", 12_920),
+    ("code lines of all crates", 176_000),
     ("functions above 80 lines", 99),
     ("circles of files", 0),
     ("lines that list variants", 599),
