@@ -16,6 +16,8 @@ const MARGIN: i64 = 16;
 const SHEET: i64 = 730;
 /// The width from which names of signals are cut.
 const LONGEST_NAME: i64 = 200;
+/// The longest title of a line beside the columns.
+const LONGEST_TITLE: &str = "reaction";
 /// The largest number of reactions that are drawn.
 const MOST: usize = 400;
 
@@ -77,7 +79,8 @@ pub struct Waves {
 #[must_use]
 pub fn waves(waves: &Waves) -> Picture {
     let names = waves.signals.iter().map(|signal| width(&signal.name, Font::Normal.size()));
-    let names = names.max().unwrap_or(0).min(LONGEST_NAME) + 12;
+    let names = names.max().unwrap_or(0).min(LONGEST_NAME);
+    let names = names.max(width(LONGEST_TITLE, Font::Small.size())) + 12;
     let left = MARGIN + names;
     let per_band = usize::try_from((SHEET - left - MARGIN) / COLUMN).unwrap_or(1).max(1);
     let n_rows = waves.ticks.len();
@@ -179,7 +182,7 @@ impl Band<'_> {
     /// Numbers, times and marks of the reactions; returns where they end.
     fn axis(&self, picture: &mut Picture, top: i64) -> i64 {
         let small = Font::Small;
-        picture.text((MARGIN, top + 12), "reaction", small);
+        picture.text((MARGIN, top + 12), LONGEST_TITLE, small);
         picture.text((MARGIN, top + 26), "time", small);
         let (mut free_number, mut free_time) = (i64::MIN, i64::MIN);
         for row in self.first..self.last {

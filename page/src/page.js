@@ -147,24 +147,37 @@
     // --- drawing of the chart ---------------------------------------------------------------------------------------------------------
 
     const svg = byId("drawing").querySelector("svg");
-    // The groups of the drawing by the place of their element in the source.
+    // The groups of the drawing by the place of their element in the source. An element can have several.
     const groups = new Map();
-    if (svg) for (const group of svg.querySelectorAll("g[data-element]")) groups.set(group.dataset.element, group);
+    if (svg) {
+        for (const group of svg.querySelectorAll("g[data-element]")) {
+            const key = group.dataset.element;
+            if (!groups.has(key)) groups.set(key, []);
+            groups.get(key).push(group);
+        }
+    }
 
+    // A step has its token below its name, a state before it: the rest of its box may contain other states.
     function prepareStep(group) {
-        const box = group.querySelector("rect.l");
+        const box = group.querySelector("rect.l, rect.u");
         if (!box || group.querySelector(".token")) return;
         box.classList.add("box");
         const [x, y, width, height] = ["x", "y", "width", "height"].map((name) => Number(box.getAttribute(name)));
-        group.append(
-            shape("circle", { class: "token", cx: x + width / 2, cy: y + height - 6, r: 3.5 }),
-            shape("text", { class: "time", x: x - 5, y: y + height - 4 }, ""),
-        );
+        const isState = box.classList.contains("u");
+        const token = isState ? { cx: x + 11, cy: y + 11 } : { cx: x + width / 2, cy: y + height - 6 };
+        const time = isState ? { x: x + width - 6, y: y - 4 } : { x: x - 5, y: y + height - 4 };
+        group.append(shape("circle", { class: "token", ...token, r: 3.5 }), shape("text", { class: "time", ...time }, ""));
     }
 
     function prepareTransition(group) {
         const bar = group.querySelector("line.b");
-        if (!bar || group.querySelector(".halo")) return;
+        const label = group.querySelector("text");
+        if (group.querySelector(".sign")) return;
+        if (!bar) {
+            // Between states, the sign is before the label.
+            if (label) group.append(shape("text", { class: "sign", x: Number(label.getAttribute("x")) - 9, y: label.getAttribute("y") }, ""));
+            return;
+        }
         const halo = bar.cloneNode();
         halo.setAttribute("class", "halo");
         group.prepend(halo);
@@ -176,10 +189,10 @@
     function byGroup(items) {
         const all = new Map();
         items.forEach((item, at) => {
-            const group = groups.get(item.key);
-            if (!group) return;
-            if (!all.has(group)) all.set(group, []);
-            all.get(group).push(at);
+            for (const group of groups.get(item.key) || []) {
+                if (!all.has(group)) all.set(group, []);
+                all.get(group).push(at);
+            }
         });
         return all;
     }
@@ -187,7 +200,11 @@
     const stepGroups = byGroup(data.steps);
     const macroGroups = byGroup(data.macros);
     const transitionGroups = byGroup(data.transitions);
-    stepGroups.forEach((_, group) => prepareStep(group));
+    const outer = new Set(data.steps.map((step) => step.parent));
+    stepGroups.forEach((steps, group) => {
+        prepareStep(group);
+        group.classList.toggle("outer", steps.some((step) => outer.has(step)));
+    });
     macroGroups.forEach((_, group) => prepareStep(group));
     transitionGroups.forEach((_, group) => prepareTransition(group));
 

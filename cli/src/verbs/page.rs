@@ -18,7 +18,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
     if session.demands.refuse(&found) || session.is_impossible(&design.net) {
         return Ok(Exit::Errors);
     }
-    // A page of a statechart, or of a net without a drawing, has a list of its states instead.
+    // A page of a net without a drawing has a list of its steps instead.
     let options = Options { words: arguments.words, ..Options::default() };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &options).ok());
     let reference = reference(&design.net, REACTIONS);

@@ -57,7 +57,8 @@ fn dash() -> String {
 fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
     let name = format!("{} alone", part.device.name());
     let errors = built.built.found.iter().filter(|one| one.severity == Severity::Error);
-    let why = errors.map(|one| one.message.as_str()).next().or(misfit(built));
+    let misfit = misfit(built).map(|why| format!("does not fit: {why}"));
+    let why = errors.map(|one| one.message.clone()).next().or(misfit);
     match (why, built.built.chips.first()) {
         (None, Some(_)) => Way {
             name,
@@ -68,10 +69,10 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
             latency: "1 clock".to_owned(),
         },
         (why, _) => {
-            let why = why.unwrap_or("no circuit").replace('|', "\\|");
+            let why = why.unwrap_or_else(|| "no circuit".to_owned());
             Way {
                 name,
-                cells: format!("does not fit: {why}"),
+                cells: why.replace('|', "\\|"),
                 chip_pins: dash(),
                 cpu_pins: dash(),
                 cycles: dash(),
