@@ -15,6 +15,7 @@ mod c_statecharts;
 mod chart_pairs;
 mod controllers;
 mod conversions;
+mod cosim;
 mod counterexamples;
 mod emergency;
 mod engines;

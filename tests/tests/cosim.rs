@@ -1,0 +1,120 @@
+//! Splits run as they are built: the C of the part on the CPU with that of its link, and the chips fuse by fuse, wired as the link says, give the rows of the
+//! chart. A pin that is wired wrongly is found.
+
+#![allow(clippy::print_stdout, reason = "tests report what they did")]
+
+use grafsynth_driver::pipeline::BuildOptions;
+use grafsynth_driver::report::chip::Kind;
+use grafsynth_driver::run::net_trace;
+use grafsynth_driver::split::{
+    Item, Objective, PartDevice, Place, Request, RequestedPart, Split, split,
+};
+use grafsynth_driver::stem::FileStem;
+use grafsynth_engines::{Availability, Engine as _, EngineError, Job, OfCpu, SplitEngine};
+use grafsynth_ir::net::{Evolution, Net};
+use grafsynth_ir::{Span, Valid, text};
+use grafsynth_sim::{Random, Stimulus, compare};
+use grafsynth_split::together;
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::rounds;
+use grafsynth_verify::structural_facts;
+
+fn net(seed: u64) -> Valid<Net> {
+    let features = Features {
+        max_steps: 4,
+        single: seed.is_multiple_of(2),
+        stable: !seed.is_multiple_of(2),
+        timers: true,
+        edges: true,
+        integers: seed.is_multiple_of(3),
+        stored_outputs: true,
+        emergency: seed.is_multiple_of(5),
+        ..Features::plain()
+    };
+    random_net(seed, &features)
+}
+
+fn parts() -> [RequestedPart; 2] {
+    let part = |name: &str, device: &str| RequestedPart {
+        name: name.to_owned(),
+        device: PartDevice::named(device).expect("the device is known"),
+    };
+    [part("chip", "gal22v10"), part("cpu", "atmega328p")]
+}
+
+/// A split with each group on a random part; `None` if the net cannot be split so.
+fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
+    let groups = together(net).ok()?;
+    let mut random = Random::new(seed ^ 0xc0_51);
+    let mut places = Vec::new();
+    for (at, items) in groups.groups.iter().enumerate() {
+        let part = if groups.cpu_only.contains_key(&at) { 1 } else { random.below(2) };
+        let item = items.iter().find(|item| !matches!(item, Item::Event(_)))?;
+        places.push(Place { item: *item, part, span: Span::default() });
+    }
+    let (stem, options) = (FileStem::of_name("random"), BuildOptions::default());
+    let request = Request {
+        parts: &parts(),
+        places: &places,
+        objective: Objective::Cycles,
+        fits: 1,
+        stem: &stem,
+        options: &options,
+    };
+    split(net, &request).ok().filter(|split| !split.division.wires.is_empty())
+}
+
+/// The first difference between the split and the chart; `None` if there is none, and `Err` if the split does not run.
+fn difference(net: &Valid<Net>, split: Split, seed: u64) -> Result<Option<String>, String> {
+    let stem = FileStem::of_name("random");
+    let engine = SplitEngine::new(net, split, &parts(), &stem, OfCpu::Host)
+        .map_err(|found| format!("{found:?}"))?;
+    assert_eq!(engine.availability(), Availability::Here);
+    let facts = structural_facts(net);
+    let stimulus = Stimulus::random(net, 100, seed, 1);
+    match engine.run(&Job { net, facts: &facts, stimulus: &stimulus }) {
+        Ok(got) => Ok(compare(&net_trace(net, &stimulus), &got).map(|found| format!("{found:?}"))),
+        Err(EngineError::Refused(found)) => Err(format!("{found:?}")),
+        Err(EngineError::Failed(why)) => Err(why),
+    }
+}
+
+/// Swaps the pins of two inputs in what the link is told; the fuses stay as they are.
+fn crossed(mut split: Split) -> Option<Split> {
+    let signals = &mut split.parts[0].built.chips.first_mut()?.signals;
+    let inputs: Vec<usize> = (0..signals.len())
+        .filter(|at| matches!(signals[*at].kind, Kind::Input(_)) && signals[*at].pin.is_some())
+        .collect();
+    let (a, b) = (*inputs.first()?, *inputs.get(1)?);
+    let (one, other) = (signals[a].pin, signals[b].pin);
+    (signals[a].pin, signals[b].pin) = (other, one);
+    Some(split)
+}
+
+#[test]
+fn splits_with_their_links_give_the_rows_of_the_chart() {
+    let (mut seed, mut run, mut stable, mut found, mut wrong) = (0, 0, 0, 0, 0);
+    while run < rounds(6, 300) {
+        seed += 1;
+        let net = net(seed);
+        // A reaction with a fault ends the comparison of a part.
+        let facts = grafsynth_driver::pipeline::facts(&net, &grafsynth_verify::Limits::default());
+        let is_stable = net.settings.evolution != Evolution::Single;
+        if is_stable && facts.always_stable.is_none() {
+            continue;
+        }
+        let Some(split) = random_split(&net, seed) else { continue };
+        run += 1;
+        stable += u32::from(is_stable);
+        match difference(&net, split, seed) {
+            Ok(None) => {}
+            other => panic!("seed {seed}: {other:?}\n{}", text::print(&net)),
+        }
+        let again = random_split(&net, seed).expect("it was split before");
+        let Some(crossed) = crossed(again) else { continue };
+        wrong += 1;
+        found += u32::from(!matches!(difference(&net, crossed, seed), Ok(None)));
+    }
+    println!("{run} splits ({stable} stable), {found} of {wrong} crossed pairs of pins found");
+    assert!(found * 2 >= wrong && wrong > 0 && stable > 0);
+}
