@@ -440,6 +440,9 @@ pub(crate) struct Split {
     /// Also print what the chart costs on each chip alone, on the CPU alone, and as the split.
     #[arg(long)]
     pub(crate) table: bool,
+    /// Write nothing, but compare the costs of the best splits on several devices: `--part chip=gal16v8,gal22v10 --part cpu=attiny85,atmega328p --explore`.
+    #[arg(long, conflicts_with_all = ["with", "table", "unproved", "output", "minimise"])]
+    pub(crate) explore: bool,
     #[command(flatten)]
     pub(crate) limits: Limits,
     #[command(flatten)]

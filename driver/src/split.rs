@@ -8,11 +8,13 @@
 //! joined     verify::joined      proves that the parts with their wires are the net
 //! ```
 
+mod explore;
 mod file;
 mod link;
 mod search;
 mod table;
 
+pub use explore::{Costs, costs};
 pub use file::{Written, read, write};
 pub use link::{Linked, Round, link, link_on_host, rounded};
 pub use table::table;

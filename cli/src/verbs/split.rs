@@ -12,7 +12,7 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{self, Linked, Request, RequestedPart, Split};
+use grafsynth_driver::split::{self, Linked, Objective, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
@@ -34,6 +34,10 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     if session.is_impossible(net) {
         session.show(&found);
         return Ok(Exit::Errors);
+    }
+    if arguments.explore {
+        session.show(&found);
+        return explore(session, arguments, net);
     }
     let written = match &arguments.with {
         None => split::Written::default(),
@@ -98,6 +102,92 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         session.tell(&format!("\n{table}\n"));
     }
     Ok(exit)
+}
+
+/// The largest number of choices of devices that `--explore` compares.
+const MOST_CHOICES: usize = 64;
+
+/// Compares the best splits on each choice of devices, and prints those that no other one beats in everything.
+fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result<Exit, Stop> {
+    let choices = choices(&arguments.part)?;
+    let stem = FileStem::of_name(&net.name.text);
+    let options = BuildOptions { prove: false, ..options(arguments, &stem) };
+    let partition = split::Written::default();
+    let mut found: Vec<(String, Objective, split::Costs)> = Vec::new();
+    let mut refused: Vec<String> = Vec::new();
+    for choice in &choices {
+        let parts = parts(choice, &partition)?;
+        let written = Written { path: None, partition: &partition };
+        let places = places(session, net, &arguments.place, written, &parts)?;
+        let devices: Vec<&str> = parts.iter().map(|part| part.device.name()).collect();
+        let devices = devices.join(", ");
+        for objective in Objective::ALL {
+            progress::doing(format!("splitting {} on {devices}", net.name));
+            let (parts, places) = (&parts, &places);
+            let request =
+                Request { parts, places, objective, fits: FITS, stem: &stem, options: &options };
+            match split::costs(net, &request) {
+                Ok(costs) => found.push((devices.clone(), objective, costs)),
+                Err(why) => {
+                    refused.push(format!("{devices}: {why}"));
+                    break;
+                }
+            }
+        }
+    }
+    let is_beaten = |own: split::Costs| found.iter().any(|(_, _, other)| own.is_dominated(*other));
+    let mut rows: Vec<(String, Objective, split::Costs)> = Vec::new();
+    for (devices, objective, costs) in &found {
+        let is_there = rows.iter().any(|(name, _, other)| name == devices && other == costs);
+        if !is_beaten(*costs) && !is_there {
+            rows.push((devices.clone(), *objective, *costs));
+        }
+    }
+    let mut text = "| devices | minimised | macrocells | wires | cycles of the CPU | reaction |\n|---|---|---|---|---|---|\n".to_owned();
+    let known = |value: Option<String>| value.unwrap_or_else(|| "not known".to_owned());
+    for (devices, objective, costs) in &rows {
+        text += &format!(
+            "| {devices} | {} | {} | {} | {} | {} |\n",
+            objective.name(),
+            costs.cells,
+            costs.wires,
+            known(costs.cycles.map(|cycles| cycles.to_string())),
+            known(costs.reaction_ns.map(split::rounded)),
+        );
+    }
+    if !rows.is_empty() {
+        session.tell(&text);
+    }
+    let beaten = found.len() - rows.len();
+    session.tell(&format!(
+        "{} compared, {beaten} not shown: another one is as good in everything. Nothing was proved or written.\n",
+        counted(found.len(), "split", "splits")
+    ));
+    refused.iter().for_each(|why| session.tell(&format!("no split on {why}\n")));
+    Ok(if rows.is_empty() { Exit::Errors } else { Exit::Done })
+}
+
+/// Each choice of one device for each part: `chip=gal16v8,gal22v10` names two.
+fn choices(parts: &[String]) -> Result<Vec<Vec<String>>, Stop> {
+    let mut all: Vec<Vec<String>> = vec![Vec::new()];
+    for part in parts {
+        let (name, devices) = part.split_once('=').unwrap_or((part, ""));
+        let devices: Vec<&str> = devices.split(',').collect();
+        let with = |choice: &Vec<String>| -> Vec<Vec<String>> {
+            let one = |device: &&str| {
+                let part = format!("{name}={}", device.trim());
+                choice.iter().cloned().chain([part]).collect()
+            };
+            devices.iter().map(one).collect()
+        };
+        all = all.iter().flat_map(with).collect();
+        if all.len() > MOST_CHOICES {
+            return Err(Stop::Usage(format!(
+                "the devices of `--part` allow more than {MOST_CHOICES} choices"
+            )));
+        }
+    }
+    Ok(all)
 }
 
 /// Writes the files, all or none, and reports what is proved.

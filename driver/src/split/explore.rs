@@ -1,0 +1,59 @@
+//! What a chart costs with some devices: the points among which a designer chooses.
+
+use super::{Request, Split, link, split};
+use grafsynth_ir::Valid;
+use grafsynth_ir::diag::Severity;
+use grafsynth_ir::net::Net;
+
+/// The costs of a split. Nothing of it is proved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Costs {
+    /// The macrocells of all chips.
+    pub cells: u64,
+    /// The wires between the parts.
+    pub wires: u64,
+    /// The cycles of the part on the CPU in a round at most; `None` if they are not known.
+    pub cycles: Option<u64>,
+    /// The longest time of a reaction in nanoseconds, with an estimate for the link; `None` if it is not known.
+    pub reaction_ns: Option<u64>,
+}
+
+impl Costs {
+    fn of(split: &Split, round: Option<super::Round>) -> Costs {
+        let chips = split.parts.iter().flat_map(|part| &part.built.chips);
+        Costs {
+            cells: chips.map(|chip| chip.cells.len() as u64).sum(),
+            wires: split.division.wires.len() as u64,
+            cycles: round.map(|round| round.step),
+            reaction_ns: round.map(|round| round.ns),
+        }
+    }
+
+    /// The costs, each at most as large as that of a better split; what is not known is the largest.
+    fn all(self) -> [u64; 4] {
+        let known = |value: Option<u64>| value.unwrap_or(u64::MAX);
+        [self.cells, self.wires, known(self.cycles), known(self.reaction_ns)]
+    }
+
+    /// True if the other split is not worse in anything, and better in something.
+    #[must_use]
+    pub fn is_dominated(self, other: Costs) -> bool {
+        let (own, other) = (self.all(), other.all());
+        own != other && own.iter().zip(other).all(|(own, other)| other <= *own)
+    }
+}
+
+/// The costs of the best split of a request, or why there is none.
+///
+/// # Errors
+/// The first error of the split or of its link.
+pub fn costs(net: &Valid<Net>, request: &Request<'_>) -> Result<Costs, String> {
+    let made = split(net, request).and_then(|split| {
+        let linked = link(net, &split, request.parts, request.stem)?;
+        Ok(Costs::of(&split, linked.round.ok()))
+    });
+    made.map_err(|found| {
+        let error = found.iter().find(|one| one.severity == Severity::Error);
+        error.map_or_else(|| "no split".to_owned(), |one| one.message.clone())
+    })
+}
