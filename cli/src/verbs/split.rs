@@ -113,7 +113,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
     let stem = FileStem::of_name(&net.name.text);
     let options = BuildOptions { prove: false, ..options(arguments, &stem) };
     let partition = split::Written::default();
-    let mut found: Vec<(String, Objective, split::Costs)> = Vec::new();
+    let mut found: Vec<Choice> = Vec::new();
     let mut refused: Vec<String> = Vec::new();
     for choice in &choices {
         let parts = parts(choice, &partition)?;
@@ -135,17 +135,39 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
             }
         }
     }
-    let is_beaten = |own: split::Costs| found.iter().any(|(_, _, other)| own.is_dominated(*other));
-    let mut rows: Vec<(String, Objective, split::Costs)> = Vec::new();
-    for (devices, objective, costs) in &found {
+    let rows = front(&found);
+    if !rows.is_empty() {
+        session.tell(&costs_table(&rows));
+    }
+    let beaten = found.len() - rows.len();
+    session.tell(&format!(
+        "{} compared, {beaten} not shown: another one is as good in everything. Nothing was proved or written.\n",
+        counted(found.len(), "split", "splits")
+    ));
+    refused.iter().for_each(|why| session.tell(&format!("no split on {why}\n")));
+    Ok(if rows.is_empty() { Exit::Errors } else { Exit::Done })
+}
+
+/// The devices of a split, its objective, and its costs.
+type Choice = (String, Objective, split::Costs);
+
+/// The choices that no other one beats, each cost on the same devices once.
+fn front(found: &[Choice]) -> Vec<&Choice> {
+    let mut rows: Vec<&Choice> = Vec::new();
+    for choice in found {
+        let (devices, _, costs) = choice;
         let is_there = rows.iter().any(|(name, _, other)| name == devices && other == costs);
-        if !is_beaten(*costs) && !is_there {
-            rows.push((devices.clone(), *objective, *costs));
+        if !is_there && !found.iter().any(|(_, _, other)| costs.is_dominated(*other)) {
+            rows.push(choice);
         }
     }
+    rows
+}
+
+fn costs_table(rows: &[&Choice]) -> String {
     let mut text = "| devices | minimised | macrocells | wires | cycles of the CPU | reaction |\n|---|---|---|---|---|---|\n".to_owned();
     let known = |value: Option<String>| value.unwrap_or_else(|| "not known".to_owned());
-    for (devices, objective, costs) in &rows {
+    for (devices, objective, costs) in rows {
         text += &format!(
             "| {devices} | {} | {} | {} | {} | {} |\n",
             objective.name(),
@@ -155,16 +177,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
             known(costs.reaction_ns.map(split::rounded)),
         );
     }
-    if !rows.is_empty() {
-        session.tell(&text);
-    }
-    let beaten = found.len() - rows.len();
-    session.tell(&format!(
-        "{} compared, {beaten} not shown: another one is as good in everything. Nothing was proved or written.\n",
-        counted(found.len(), "split", "splits")
-    ));
-    refused.iter().for_each(|why| session.tell(&format!("no split on {why}\n")));
-    Ok(if rows.is_empty() { Exit::Errors } else { Exit::Done })
+    text
 }
 
 /// Each choice of one device for each part: `chip=gal16v8,gal22v10` names two.
