@@ -74,19 +74,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         }
     };
     let mut found = found;
-    for (part, division) in split.parts.iter_mut().zip(&split.division.parts) {
-        let net = &division.net;
-        found.append(&mut part.built.found);
-        let engine = HostC { session, net, options: &part.options };
-        let checked = pipeline::check_c(net, &part.facts, &part.options, &mut part.built, &engine);
-        if let Err((name, words)) = checked {
-            session.show(&found);
-            return Err(Stop::Input(format!(
-                "{name} was not written: the C compiler rejects it\n{words}"
-            )));
-        }
-        know(session, net, &part.built.lines);
-    }
+    check_c(session, &mut split, &mut found)?;
     let link = match split::link(net, &split, &parts, &stem) {
         Ok(link) => link,
         Err(errors) => {
@@ -102,6 +90,28 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         session.tell(&format!("\n{table}\n"));
     }
     Ok(exit)
+}
+
+/// Proves or tests the C of the parts, and collects the findings of their builds.
+fn check_c(
+    session: &mut Session,
+    split: &mut Split,
+    found: &mut Vec<grafsynth_ir::Diagnostic>,
+) -> Result<(), Stop> {
+    for (part, division) in split.parts.iter_mut().zip(&split.division.parts) {
+        let net = &division.net;
+        found.append(&mut part.built.found);
+        let engine = HostC { session, net, options: &part.options };
+        let checked = pipeline::check_c(net, &part.facts, &part.options, &mut part.built, &engine);
+        if let Err((name, words)) = checked {
+            session.show(found);
+            return Err(Stop::Input(format!(
+                "{name} was not written: the C compiler rejects it\n{words}"
+            )));
+        }
+        know(session, net, &part.built.lines);
+    }
+    Ok(())
 }
 
 /// The largest number of choices of devices that `--explore` compares.
