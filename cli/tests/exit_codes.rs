@@ -93,7 +93,7 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("split", 0, 0, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 1, 1, "bad.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 2, 1, "impossible.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
-    ("split", 2, 1, "stable.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 2, 1, "states.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16v8 -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16w8 --part cpu=atmega328p -o out"),
     (
@@ -278,8 +278,8 @@ fn files(folder: &Path) {
         .collect();
     let steps = steps.replacen("    step s0", "    initial step s0", 1);
     put(
-        "stable.graf",
-        "chart settles {\n    evolution stable\n    input i\n    output R\n    initial step s\n    step r { R }\n    s -> r when i\n    r -> s when not i\n}\n",
+        "states.graf",
+        "chart oven {\n    conflict inner-first\n    event open\n    output light\n    initial step shut\n    step ajar { light }\n    shut -> ajar on open\n}\n",
     );
     put(
         "large.graf",
