@@ -71,10 +71,10 @@ pub fn link(
     if late.is_empty() { Ok(linked) } else { Err(late) }
 }
 
-/// Like [`link`], with pins that are functions of a program on this computer, and without deadlines.
+/// Like [`link()`], with pins that are functions of a program on this computer, and without deadlines.
 ///
 /// # Errors
-/// Like [`link`].
+/// Like [`link()`].
 pub fn link_on_host(
     net: &Net,
     split: &Split,
