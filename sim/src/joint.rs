@@ -18,7 +18,7 @@ pub struct Joint<'n> {
     effects: Vec<Effect>,
     /// The number of these calls of each output that is a function.
     called: BTreeMap<OutputId, i64>,
-    /// Whether a transition would still fire after the most rounds that the net allows. The parts make no round for it.
+    /// Whether a transition would still fire after the largest number of rounds that the net allows. The parts do not run that round.
     fault: bool,
 }
 

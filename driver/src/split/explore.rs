@@ -29,7 +29,7 @@ impl Costs {
         }
     }
 
-    /// The costs, each at most as large as that of a better split; what is not known is the largest.
+    /// The costs as numbers that can be compared. A cost that is not known is the largest number.
     fn all(self) -> [u64; 4] {
         let known = |value: Option<u64>| value.unwrap_or(u64::MAX);
         [self.cells, self.wires, known(self.cycles), known(self.reaction_ns)]

@@ -2,9 +2,9 @@
 //!
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better partition
 //! may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower bound for all
-//! that fit. If that is not below what was found, nothing better exists. Otherwise, if a chip has too few flip-cells for a set of its groups ([`Cells`]), each
-//! larger set is excluded too. Else this partition is built: either it fits and is the best one, or exactly this partition is excluded and the bound may rise.
-//! The search ends after a number of builds, and then the bound shows what is left.
+//! that fit. If that is not below what was found, nothing better exists. Otherwise, if some decisions need more macrocells than a chip has ([`Cells`]), all those
+//! with these decisions are excluded. Else this partition is built: either it fits and is the best one, or only it is excluded and the bound may rise.
+//! The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
 use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
 use crate::codes;
@@ -21,7 +21,7 @@ use grafsynth_split::{Cells, Count, Groups, Objective, PartSpec, Partition, divi
 /// The number of partitions from estimates that are built before that search ends.
 const MOST_ESTIMATES: usize = 40;
 
-/// The number of sets that are excluded because a chip has too few flip-cells for them.
+/// The largest number of sets of decisions that are excluded because they need more macrocells than a chip has.
 const MOST_CUTS: usize = 200;
 
 /// A partition whose chips hold their parts.

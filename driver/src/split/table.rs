@@ -147,7 +147,7 @@ fn bound(built: &BuiltPart, cpu: &Cpu) -> Option<u64> {
     cost::bound(package, cost::machine(cpu.machine)?).ok().map(|bound| bound.step)
 }
 
-/// The time of so many cycles at the highest frequency.
+/// The time that this number of cycles takes at the highest frequency.
 fn time(cpu: &Cpu, cycles: u64) -> String {
     let hz = u64::from(cpu.clock_hz / cpu.clocks_per_cycle).max(1);
     rounded(cycles.saturating_mul(1_000_000_000).div_ceil(hz))
