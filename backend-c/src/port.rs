@@ -32,7 +32,7 @@ impl Layout<'_> {
             Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
-            Node::comment("After a whole scan: tell the watchdog. If nothing is pending after it: sleep until an interrupt."),
+            Node::comment("After a whole scan: reset the watchdog timer. If nothing is pending after it: sleep until an interrupt."),
             Node::directive(format!("#ifndef {upper}_WATCHDOG")),
             Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
             Node::directive("#endif"),
@@ -316,7 +316,7 @@ impl Layout<'_> {
         .filter_map(|(is_there, argument)| is_there.then_some(argument))
         .join(", ");
         nodes.push(Node::comment(
-            "A scan in the main loop: then the watchdog, and sleep if nothing is pending. An interrupt between the check and the sleep would be missed, so both\nare in a critical section.",
+            "Runs a scan in the main loop, then resets the watchdog timer, and sleeps if nothing is pending. An interrupt between the check and the sleep would be missed, so both\nare in a critical section.",
         ));
         nodes.push(Node::function(
             format!("static inline void {prefix}_scan({list})"),

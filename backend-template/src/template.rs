@@ -8,7 +8,7 @@ use minijinja::value::{Rest, Serde, ValueKind};
 use minijinja::{Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use std::io;
 
-/// The maximum number of instructions of one rendering. This many take some seconds; a chart of 10 000 steps needs about a tenth of them.
+/// The maximum number of instructions of one rendering. This many take a few seconds; a chart of 10 000 steps needs about a tenth of them.
 pub const FUEL: u64 = 50_000_000;
 
 /// The maximum number of bytes of one rendering.

@@ -128,7 +128,7 @@ pub(crate) enum Verb {
     Check(Check),
     /// Write C, equations, fuse maps or Verilog, each checked against the chart.
     Build(Box<Build>),
-    /// Split a chart between chips and a CPU, proved equal to the chart.
+    /// Split a chart between chips and a CPU, and prove the parts equal to the chart.
     Split(Box<Split>),
     /// Simulate a design and print the trace.
     Sim(Sim),
@@ -136,7 +136,7 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Convert a design to another format.
     Convert(Convert),
-    /// Draw a Grafcet chart as a picture (.svg).
+    /// Draw a chart as a picture (.svg).
     Draw(Draw),
     /// Write a page that shows the chart and runs it (.html).
     Page(Page),
@@ -148,7 +148,7 @@ pub(crate) enum Verb {
     Fmt(Fmt),
     /// List the changes between two charts: structure and behaviour.
     Diff(Diff),
-    /// Explain a finding's code: cause, example, way out.
+    /// Explain a finding's code: cause, example, fix.
     Explain(Explain),
     /// List the external tools found and what they enable.
     Doctor,
@@ -434,7 +434,7 @@ pub(crate) struct Split {
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// Write the outputs even if a proof is open; each text then says so in its head, and the exit code is 4.
+    /// Write the outputs even if a proof is open; the header of each file then says so, and the exit code is 4.
     #[arg(long)]
     pub(crate) unproved: bool,
     /// Also print what the chart costs on each chip alone, on the CPU alone, and as the split.

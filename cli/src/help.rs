@@ -14,7 +14,8 @@ pub(crate) fn command() -> clap::Command {
     let command = command
         .mut_subcommand("compare", |verb| verb.mut_arg("files", |files| files.help(COMPARED)))
         .mut_subcommand("split", |verb| verb.mut_arg("file", |file| file.help(SPLIT)))
-        .mut_subcommand("draw", |verb| verb.mut_arg("file", |file| file.help(DRAWN)));
+        .mut_subcommand("draw", |verb| verb.mut_arg("file", |file| file.help(DRAWN)))
+        .mut_subcommand("page", |verb| verb.mut_arg("file", |file| file.help(RUN)));
     command.mut_subcommands(|verb| {
         let long = match EXAMPLES.iter().find(|(name, _)| *name == verb.get_name()) {
             Some((_, examples)) => format!("Examples:\n{}\n\n{line}", examples.trim_end()),
@@ -36,6 +37,9 @@ const SPLIT: &str = "A chart (.graf .rules .st .xml .c .kiss2 .net) that is not 
 /// The help for the file of `draw`.
 const DRAWN: &str =
     "A chart or statechart (.graf .rules .scxml .st .xml .c); `-` is standard input";
+
+/// The help for the file of `page`.
+const RUN: &str = "A chart (.graf .rules .scxml .st .xml .c .kiss2 .net); `-` is standard input";
 
 /// The examples at the end of a verb's help, by verb.
 const EXAMPLES: [(&str, &str); 15] = [

@@ -192,9 +192,7 @@ impl CMap {
         let found: Value = serde_json::from_str(text).map_err(|error| error.to_string())?;
         let written = serde_json::to_value(&map).map_err(|error| error.to_string())?;
         match unneeded(&found, &written, "") {
-            Some(place) => {
-                Err(format!("`{place}` has the value that it has without being written; remove it"))
-            }
+            Some(place) => Err(format!("`{place}` is set to its default value; remove it")),
             None => Ok(map),
         }
     }
@@ -230,16 +228,14 @@ impl CMap {
                 continue;
             };
             let why = match (&found.canonical.ty, element, bit) {
-                (_, _, Some(_)) => {
-                    "`bit`: a map tells nothing about single bits; remove it".to_owned()
-                }
+                (_, _, Some(_)) => "`bit`: a map cannot describe single bits; remove it".to_owned(),
                 (Type::Array(_, Some(len)), Some(element), None) if u64::from(*element) >= *len => {
                     format!(
                         "`element`: `{member}` has {len} elements, counted from 0; write a smaller number"
                     )
                 }
                 (Type::Array(..), None, None) => {
-                    format!("`{member}` is an array; write which one with `element`")
+                    format!("`{member}` is an array; select an element with `element`")
                 }
                 (Type::Array(..), Some(_), None) | (_, None, None) => continue,
                 (_, Some(_), None) => {

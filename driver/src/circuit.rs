@@ -15,7 +15,7 @@ use grafsynth_logic::{BusyMode, EncodeOptions};
 use grafsynth_sim::{Clocked, InputRow, Row, Simulator, Stimulus};
 use grafsynth_verify::{Explored, Limits};
 
-/// The maximum work of an enumeration before a build, as reactions times the size of the net; it takes some hundredths of a second.
+/// The maximum work of an enumeration before a build, as reactions times the size of the net; it takes a few hundredths of a second.
 pub(crate) const ENUMERATION_WORK: u64 = 20_000_000;
 
 /// The facts that back ends need about a net. These are its structure and, for a chart that evolves until it is stable, a bound on its micro-steps, which only

@@ -8,7 +8,7 @@ use grafsynth_backend_pld::EmitOptions;
 use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Flop, Logic, PinRole};
-use grafsynth_ir::net::{Evolution, Net, StepId};
+use grafsynth_ir::net::{Driver, Evolution, Net, StepId};
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::{Diagnostic, counted};
 use grafsynth_logic::BusyMode;
@@ -145,8 +145,10 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
 fn why_one_clock(net: &Net) -> &'static str {
     if net.emergency.is_some() {
         "with an emergency, no output may be delayed until the end of a reaction"
+    } else if !net.outputs.values().any(|output| matches!(output.driver, Driver::Extern { .. })) {
+        "no transition can fire"
     } else {
-        "no transition fires, or actions are called between micro-steps"
+        "actions are called between micro-steps"
     }
 }
 
@@ -161,16 +163,11 @@ pub(crate) fn one_clock_all_the_same(
     if busy != BusyMode::Always || !is_stable || has_busy {
         return None;
     }
-    let (message, help) = if net.emergency.is_some() {
-        (
-            "`--busy always` is ignored: with an emergency, the outputs must answer in one clock",
-            "leave out `--busy always`; without the emergency, each micro-step can take a clock",
-        )
+    let message = format!("`--busy always` is ignored: {}", why_one_clock(net));
+    let help = if net.emergency.is_some() {
+        "leave out `--busy always`; without the emergency, each micro-step can take a clock"
     } else {
-        (
-            "`--busy always` is ignored: no transition fires, or actions are called between micro-steps",
-            "leave out `--busy always`: a reaction takes one clock",
-        )
+        "leave out `--busy always`: a reaction takes one clock"
     };
     let place = net.emergency.as_ref().map_or(net.name.span, |emergency| emergency.meta.span);
     let finding = Diagnostic::warning(codes::ONE_CLOCK, message).at(place, "");

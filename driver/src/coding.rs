@@ -205,7 +205,7 @@ impl EncodingCache {
     }
 }
 
-/// The limit for the total work of searches for codes that fit a device, as [`state_assignment::recode_within`] counts it: some seconds.
+/// The limit for the total work of searches for codes that fit a device, as [`state_assignment::recode_within`] counts it: a few seconds.
 const MOST_WORK: usize = 50_000_000;
 
 /// Encodes the steps for a language and a device.

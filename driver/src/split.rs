@@ -137,7 +137,7 @@ impl Split {
     pub fn said(&self, objective: Objective) -> String {
         let (what, value) = (objective.unit(), self.value);
         let known = if self.bound >= value {
-            "the least of all partitions that fit".to_owned()
+            "the minimum over all partitions that fit".to_owned()
         } else {
             format!("every partition that fits has at least {}", self.bound.max(0))
         };

@@ -141,7 +141,7 @@ pub fn compile_text(text: &str, flags: &[&str]) -> Result<Program, String> {
     Ok(compile_in(folder, &["bench_main.c".to_owned()], flags, &[])?)
 }
 
-/// Compiles with another compiler than the host's.
+/// Compiles with a compiler other than the host's.
 ///
 /// # Errors
 /// The output of that compiler.

@@ -88,9 +88,8 @@ impl<'n> Tree<'n> {
     pub(crate) fn answer(&mut self, question: &str) -> Result<(String, Instance), Trouble> {
         let mut numbers = question.split_ascii_whitespace().map(str::parse::<i64>);
         let mut next = || numbers.next().and_then(Result::ok);
-        let lost = || {
-            Trouble::Machine("the test asked for a reaction in a form that is not known".to_owned())
-        };
+        let lost =
+            || Trouble::Machine("internal error: unknown form of a reaction request".to_owned());
         let from = next().ok_or_else(lost)?;
         let dt = next().and_then(|dt| u32::try_from(dt).ok()).ok_or_else(lost)?;
         let mut row = InputRow { dt, ..InputRow::zero(self.net) };

@@ -1,6 +1,6 @@
 //! Microcontrollers as data: the pins to which a chip can be wired, and the figures that decide whether a part fits.
 //!
-//! Each constant names the sources of its figures, and the wiring table repeats them, because figures from memory must be compared with the data sheet before
+//! Each constant names the sources of its figures, and the wiring table repeats them, because figures that are "not verified" must be compared with the data sheet before
 //! anyone wires the board.
 
 /// How the pins of a microcontroller are set and read.
@@ -147,7 +147,7 @@ const ATMEGA328P: Cpu = Cpu {
     link_cycles: AVR_LINK,
     family: Family::Avr,
     pull_ohms: 10_000,
-    source: "memories: avr-libc iom328p.h; pins and frequency: from memory",
+    source: "memory sizes: avr-libc iom328p.h; pins and frequency: not verified",
 };
 
 /// `ATtiny85` in the 8-pin DIP. PB5 is reset; the clock is internal or on PB3, which is therefore last.
@@ -165,7 +165,7 @@ const ATTINY85: Cpu = Cpu {
     link_cycles: AVR_LINK,
     family: Family::Avr,
     pull_ohms: 10_000,
-    source: "memories: avr-libc iotn85.h; pins and frequency: from memory",
+    source: "memory sizes: avr-libc iotn85.h; pins and frequency: not verified",
 };
 
 /// `STM32F103C8`. The debugger (PA13 to PA15, PB3, PB4), the start-up mode (PB2) and the slow oscillator (PC14, PC15) are not listed.
@@ -210,7 +210,7 @@ const STM32F103: Cpu = Cpu {
     link_cycles: CORTEX_M3_LINK,
     family: Family::Stm32f1,
     pull_ohms: 10_000,
-    source: "memories, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: from memory",
+    source: "memory sizes, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: not verified",
 };
 
 /// `AT89S52` in the 40-pin DIP. Port 0 has open drains and is not listed; P1.5 to P1.7 belong to the programmer and P3.0 and P3.1 to the serial port, so they are
@@ -254,7 +254,7 @@ const AT89S52: Cpu = Cpu {
     link_cycles: None,
     family: Family::Mcs51,
     pull_ohms: 3300,
-    source: "all figures: from memory",
+    source: "all figures: not verified",
 };
 
 /// The microcontrollers.

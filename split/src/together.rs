@@ -82,10 +82,10 @@ impl Why {
         match self {
             Why::Uses => "uses",
             Why::Competes => "competes with",
-            Why::Otherwise => "waits, by `otherwise`, for",
+            Why::Otherwise => "depends (`otherwise`) on",
             Why::Source => "is a source transition into",
-            Why::FireOne => "cannot fire together, because of `fire one`, with",
-            Why::Hierarchy => "depends on enclosed or forced steps, as does",
+            Why::FireOne => "cannot (`fire one`) fire together with",
+            Why::Hierarchy => "shares enclosed or forced steps with",
             Why::Drives => "is driven by",
         }
     }

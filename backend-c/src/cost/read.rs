@@ -335,7 +335,9 @@ impl Reader<'_> {
             }
             ExprKind::Step { is_increment: false, .. } => return self.unknown("`--`"),
             ExprKind::Comma(..) => return self.unknown("a comma"),
-            ExprKind::Call(Callee::Pointer(_), _) => return self.unknown("a call of a pointer"),
+            ExprKind::Call(Callee::Pointer(_), _) => {
+                return self.unknown("a call through a pointer");
+            }
         })
     }
 

@@ -9,7 +9,7 @@
 
 /* The maximum number of parts that are open at once. */
 #define GC_NEST 32U
-/* The bytes of the row of a cell: its first value and how many (numbers), its least and its most (32 bits each). */
+/* The bytes of the row of a cell: its first value and how many (numbers), its minimum and its maximum (32 bits each). */
 #define GC_CELL_ROW 12U
 
 /* The number of objects of a kind that operands can refer to. */

@@ -640,7 +640,7 @@ fn emit(
 fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
     let mut nodes = vec![Node::comment(
-        "Sizes of an instance: define larger ones before, to load larger charts.",
+        "Sizes of an instance: to load larger charts, define larger values before this file is included.",
     )];
     for (name, value) in sizes {
         nodes.push(Node::directive(format!("#ifndef {upper}_{name}")));

@@ -110,12 +110,16 @@ impl Reader<'_> {
         let [cells, reset, reaction] = [24, 26, 28].map(|at| self.u16(at) as usize);
         let first = PROGRAM_HEADER + CELL * cells;
         let middle = first + reset;
-        good(middle + reaction == self.0.len(), 24, "the parts are not as long as the image")?;
+        good(
+            middle + reaction == self.0.len(),
+            24,
+            "the lengths of the parts do not add up to the length of the image",
+        )?;
         (0..cells).try_for_each(|cell| self.cell(PROGRAM_HEADER + CELL * cell, values))?;
         fits(bits.div_ceil(8) <= room.bits, 16, "too many bits")?;
         fits(values <= room.values, 18, "too many numbers")?;
         fits(flags.div_ceil(8) <= room.flags, 20, "too many flags")?;
-        fits(numbers <= room.numbers, 22, "too many numbers of a reaction")?;
+        fits(numbers <= room.numbers, 22, "too many numbers in a reaction")?;
         let many = [
             (Kind::Input, room.inputs),
             (Kind::Bit, bits),
@@ -148,7 +152,7 @@ impl Reader<'_> {
         interface(self.u16(22) == room.inputs, 22, "made for another number of inputs")?;
         let outputs = self.count(Section::Outputs) as u32;
         interface(outputs == room.outputs, place(Section::Outputs), "another number of outputs")?;
-        good(kind <= 3, 5, "not a kind of chart")?;
+        good(kind <= 3, 5, "unknown kind of chart")?;
         for section in Section::ALL {
             let (from, bytes) = (self.base(section), self.count(section) * section.row());
             let is_inside = from >= HEADER && from + bytes <= self.0.len();
@@ -164,7 +168,11 @@ impl Reader<'_> {
             + 3 * states
             + 3 * self.count(Section::Histories) as u32;
         let work = marks.div_ceil(8) + 2 * self.u16(18);
-        fits(work <= room.work, place(Section::Transitions), "too much work of a reaction")?;
+        fits(
+            work <= room.work,
+            place(Section::Transitions),
+            "a reaction needs too many bytes of working memory",
+        )?;
         let blocks = self.count(Section::Blocks);
         good(blocks > 0, place(Section::Blocks), "there is no block 0")?;
         let many = [
@@ -262,7 +270,11 @@ impl Tables<'_> {
         good(states <= MOST_STATES, place(Section::States), "too many states")?;
         for (state, row) in self.rows(Section::States).enumerate() {
             let (above, last) = (self.at(row, 0), self.at(row, 1));
-            good(above < state || above == usize::from(NONE), row, "an ancestor does not precede")?;
+            good(
+                above < state || above == usize::from(NONE),
+                row,
+                "an ancestor does not precede its descendant",
+            )?;
             good(last >= state && last < states, row + 2, "a last descendant does not exist")?;
             (2..5).try_for_each(|column| self.block(row, column, 0))?;
             if self.at(row, 5) != usize::from(NONE) {
@@ -338,7 +350,7 @@ impl Tables<'_> {
         for row in self.rows(Section::Vars) {
             self.image.cell(row, self.bounds.many[Kind::Value as usize])?;
             let is_range = self.image.i32(row + 4) <= self.image.i32(row + 8);
-            good(is_range, row + 4, "the least value is above the most")?;
+            good(is_range, row + 4, "the minimum is above the maximum")?;
         }
         for row in self.rows(Section::Timers) {
             self.below(row, 0, Section::States)?;

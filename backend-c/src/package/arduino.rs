@@ -53,7 +53,7 @@ fn keywords(chart: &Chart<'_>) -> String {
 fn head(chart: &Chart<'_>) -> String {
     let name = chart.name();
     format!(
-        "A library for Arduino. Put this folder into `libraries` of your sketchbook (or install it as a .zip), then open the example `{name}`: the table of pins is at its top.\n\n\
+        "A library for Arduino. Put this folder into the `libraries` folder of your sketchbook (or install it as a .zip), then open the example `{name}`: the table of pins is at its top.\n\n\
          With arduino-cli, from this folder:\n\n```text\narduino-cli compile --fqbn arduino:avr:uno --library . examples/{name}\narduino-cli upload --fqbn arduino:avr:uno --port /dev/ttyUSB0 examples/{name}\n```\n"
     )
 }

@@ -70,7 +70,7 @@ fn manifest(chart: &Chart<'_>) -> String {
 fn head(chart: &Chart<'_>) -> String {
     let name = chart.name();
     format!(
-        "A library for PlatformIO. In `platformio.ini` of your project: `lib_deps = symlink://path/to/{name}-platformio`. The project in `examples/{name}` builds for this machine, an \
+        "A library for PlatformIO. In the `platformio.ini` of your project: `lib_deps = symlink://path/to/{name}-platformio`. The project in `examples/{name}` builds for this machine, an \
          Arduino Uno and a Blue Pill; the table of pins is at the top of `src/arduino.cpp`.\n\n```text\ncd examples/{name}\npio run                       builds\npio run -e uno -t upload      writes to the board\n```\n"
     )
 }

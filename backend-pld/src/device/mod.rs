@@ -1,7 +1,7 @@
 //! Devices as data.
 //!
 //! There is one file per family. Each device lists its figures with their sources ([`Figure`]): the document in which a figure was read, or a note that it
-//! is from memory. A fuse map is written only for devices whose map has a source ([`Device::layout`]), and a fit that uses a figure from memory reports
+//! was not verified. A fuse map is written only for devices whose map has a source ([`Device::layout`]), and a fit that uses a figure that was not verified reports
 //! that.
 
 mod atf;
@@ -288,7 +288,7 @@ impl Device {
         self.macrocells.iter().any(|cell| cell.has_xor)
     }
 
-    /// The figures that are from memory and were not verified.
+    /// The figures that were not verified against a document.
     pub fn remembered(&self) -> impl Iterator<Item = &'static Figure> {
         self.figures.iter().filter(|figure| matches!(figure.source, Source::Memory(_)))
     }

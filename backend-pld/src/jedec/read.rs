@@ -223,7 +223,7 @@ impl<'a> Reader<'a> {
             'P' => "the order of the pins in test vectors",
             'R' | 'S' | 'T' => "signature tests",
             'A' => "access times",
-            'J' => "the device's number in a register",
+            'J' => "the device's registry code",
             'D' => "the device's number, removed from the standard",
             'E' => "electrical features",
             'U' => "user data outside the fuses",

@@ -294,7 +294,7 @@ impl<'a> Parser<'a, '_> {
                 "expected an operator or the end of the line, found {}",
                 self.lexer.token.shown()
             );
-            let help = "write `*` (and) or `+` (or) before it; `/` is not";
+            let help = "write `*` (and) or `+` (or) before it; `/` means not";
             self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }

@@ -315,7 +315,12 @@ impl Parser<'_, '_> {
             return self.fail(codes::TYPE, format!("`{name}` is defined twice"), span, "here");
         }
         let Some(function) = self.function_result(symbol) else {
-            return self.fail(codes::TYPE, "the value of the function has no size", span, "here");
+            return self.fail(
+                codes::TYPE,
+                "the return type of the function has no known size",
+                span,
+                "here",
+            );
         };
         let params = declared.params.unwrap_or_default();
         let body_at = self.at;
@@ -352,7 +357,7 @@ impl Parser<'_, '_> {
         let mut ids = Vec::new();
         for param in params {
             let Some((name, span)) = param.name else {
-                return self.unexpected("a function whose parameters have names");
+                return self.unexpected("a name for each parameter of the function");
             };
             let canonical = self.unit.canonical(&param.ty).ty;
             if self.unit.layout(&canonical).is_none() {

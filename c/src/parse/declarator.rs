@@ -261,7 +261,12 @@ impl<'a> Parser<'a, '_> {
             }
         };
         if *count >= 3 {
-            return self.unexpected("fewer of these words");
+            return self.fail(
+                codes::SYNTAX,
+                "this type specifier is repeated too often",
+                token.span,
+                "here",
+            );
         }
         *count += 1;
         self.next();

@@ -124,7 +124,7 @@ impl Parser<'_, '_> {
                     (Some(Entry { designator: None, written: only @ Written::Value(_) }), None) => {
                         self.elaborate(ty, only)
                     }
-                    _ => self.fail(codes::TYPE, "this object has one value", span, "here"),
+                    _ => self.fail(codes::TYPE, "this object takes a single value", span, "here"),
                 }
             }
         }

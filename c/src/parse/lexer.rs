@@ -41,7 +41,7 @@ impl Stray {
         match self {
             Stray::Character => "unexpected character",
             Stray::Unterminated => "the closing quotation mark is missing on this line",
-            Stray::Comment => "the comment has no end",
+            Stray::Comment => "the comment is not closed",
             Stray::Trigraph => "trigraphs are not supported",
             Stray::Splice => "a backslash ends a line within a word",
         }

@@ -343,7 +343,7 @@ fn parameters<'a, 'b>(
     after: &'b [Token<'a>],
 ) -> Outcome<(Vec<&'a str>, &'b [Token<'a>])> {
     let Some(close) = after.iter().position(|token| token.is(")")) else {
-        return error("the parameters of this macro have no end", name, "here");
+        return error("the parameter list of this macro is not closed", name, "here");
     };
     let (list, body) = (&after[..close], &after[close + 1..]);
     if list.len() > 2 * MAX_PARAMS {

@@ -59,7 +59,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Convert) -> Result<Exit, St
                 // Once written, the file belongs to the user.
                 session.note(&if files::exists(&path) {
                     format!(
-                        "{} exists and is kept; remove it to write the functions that stay C again\n",
+                        "{} exists and is kept; to write it again, delete it first\n",
                         path.display()
                     )
                 } else {

@@ -151,7 +151,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
     }
     let beaten = found.len() - rows.len();
     session.tell(&format!(
-        "{} compared, {beaten} not shown: another one is as good in everything. Nothing was proved or written.\n",
+        "{} compared, {beaten} not shown, because another split is at least as good in every column. Nothing was proved or written.\n",
         counted(found.len(), "split", "splits")
     ));
     refused.iter().for_each(|why| session.tell(&format!("no split on {why}\n")));
@@ -323,7 +323,7 @@ fn joined(split: &Split) -> (Status, String) {
             (Status::Proved, message)
         }
         Verdict::Refuted(apart) => {
-            let message = format!("DIFFER from the chart: {}, {}", apart.what, apart.when);
+            let message = format!("DIFFER from the chart: {} ({})", apart.what, apart.when);
             (Status::Refuted, message)
         }
         Verdict::Open(open) => {

@@ -355,7 +355,7 @@ impl Prepared for OnArm {
 fn own_source(bench: &Bench) -> Result<&str, EngineError> {
     match &bench.sources[..] {
         [source] => Ok(source),
-        _ => Err(EngineError::Failed("the chart has more than one source".to_owned())),
+        _ => Err(EngineError::Failed("the emitted C has more than one source file".to_owned())),
     }
 }
 

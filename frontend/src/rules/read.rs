@@ -312,7 +312,7 @@ fn rule(parser: &mut Parser<'_>) -> Parse<Rule> {
         let length = rest_of_line(parser);
         parser.report(|| {
             Diagnostic::error(codes::UNEXPECTED, "a rule has no clause `after`")
-                .at(word, "not in the left side of a rule")
+                .at(word, "not allowed on the left side of a rule")
                 .help(format!("compare the time of the step: `({step}.t >= {length})`"))
         });
         return Err(ErrorReported);

@@ -49,7 +49,10 @@ pub(super) fn declarations(lowering: &mut Lowering<'_>) {
                             .plural(format!("`{name}`"), "the initial values of", "have no effect")
                             .at(init.span, "only an output that a list assigns has one")
                             .help("remove it, or assign the output in a list")
-                            .help_in(Notation::Scxml, "remove expr, or assign it in an <onentry>");
+                            .help_in(
+                                Notation::Scxml,
+                                "remove `expr`, or assign it in an <onentry>",
+                            );
                         lowering.report(finding);
                     }
                     Role::Extern | Role::Broken => {}

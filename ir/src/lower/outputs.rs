@@ -239,7 +239,7 @@ fn controlled(lowering: &mut Lowering<'_>, action: ActionId, uses: &[Use<'_>]) {
                     lowering.report(
                         Diagnostic::error(
                             codes::ACTION_DURATION,
-                            format!("action `{name}` stores with two durations, {} and {}", duration(first), duration(ns)),
+                            format!("the stored qualifiers of action `{name}` have two durations, {} and {}", duration(first), duration(ns)),
                         )
                         .at(one.span, format!("{} here", duration(ns)))
                         .at(first_span, format!("{} here", duration(first)))

@@ -326,7 +326,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// The effort of a level; each level allows ten times the work. Level 0 takes a few milliseconds, level 3 a few seconds, level 5 some minutes.
+    /// The effort of a level; each level allows ten times the work. Level 0 takes a few milliseconds, level 3 a few seconds, level 5 a few minutes.
     #[must_use]
     pub fn of_level(level: u32, exact: bool) -> Self {
         let level = level.min(9);

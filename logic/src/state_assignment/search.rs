@@ -254,7 +254,7 @@ pub(super) fn better(logic: &Logic, mut plans: Vec<Plan>, tries: usize) -> Vec<P
     plans
 }
 
-/// The work limit of a search, in units of [`work_of`]: some seconds, which only circuits with sums far too wide for a device reach.
+/// The work limit of a search, in units of [`work_of`]: a few seconds, which only circuits with sums far too wide for a device reach.
 const MOST_WORK: usize = 6_000_000;
 
 /// An estimate of the work to find sums of this cost: each product is tried without each literal.

@@ -32,7 +32,7 @@ pub enum Why {
     Open(End),
     /// A connection is driven by an input, or read by an output or by a pin that the chip does not use.
     Direction(End),
-    /// A connection is labelled with another signal than its pins carry.
+    /// A connection is labelled with a different signal from the one that its pins carry.
     Label(ConnectionIndex),
     /// An act names an unknown connection or object, or the wrong end of a connection.
     Unknown,
@@ -66,7 +66,11 @@ impl fmt::Display for Breach {
             Why::Open(end) => write!(f, "{end} is not connected"),
             Why::Direction(end) => write!(f, "{end} has the wrong direction"),
             Why::Label(at) => {
-                write!(f, "connection {} carries another signal than its label says", at + 1)
+                write!(
+                    f,
+                    "connection {} carries a different signal from the one in its label",
+                    at + 1
+                )
             }
             Why::Unknown => f.write_str("unknown connection or object"),
             Why::Again => f.write_str("it is repeated in this round"),

@@ -9,7 +9,7 @@ use super::{Carries, Connection, End, Link, Request};
 pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     let (name, cpu) = (&request.name, request.cpu);
     let mut text = format!(
-        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of these figures: {}. Compare all figures \"from memory\" with the data sheet before you wire the CPU.\n\n",
+        "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of these figures: {}. Compare all figures that are \"not verified\" with the data sheet before you wire the CPU.\n\n",
         cpu.name, cpu.package, cpu.supply, cpu.source
     );
     for (part, chip) in request.chips.iter().enumerate() {

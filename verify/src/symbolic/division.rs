@@ -126,7 +126,7 @@ fn prove(
     if !single(net) {
         ends_together(net, division)?;
     }
-    let round = round_of(net).map_err(|_| "the net has no round".to_owned())?;
+    let round = round_of(net).map_err(|_| "one round of the net cannot be computed".to_owned())?;
     let is_bounded = single(net) || known.ends;
     let net = &round;
     let mut model = Model::of(net, None, limits)?;
@@ -157,7 +157,8 @@ fn prove(
 
 /// Checks that each output of the net is an output of a part, each step and variable is in the state of a part, and each wire has a driver.
 fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
-    let missing = |what: String| Failed::Apart(Apart { what, when: "no part has it".to_owned() });
+    let missing =
+        |what: String| Failed::Apart(Apart { what, when: "no part drives it".to_owned() });
     let twice = |what: String| Failed::Apart(Apart { what, when: "two parts drive it".to_owned() });
     let drivers = |wanted: Shown| {
         let outputs = division.parts.iter().flat_map(|part| part.outputs.values());
@@ -196,8 +197,8 @@ fn ends_together(net: &Net, division: &Division) -> Result<(), Failed> {
     for (at, part) in division.parts.iter().enumerate() {
         let owns = division.owners.transitions.values().any(|owner| *owner == at);
         if owns && !part.outputs.values().any(|shown| *shown == Shown::Moves) {
-            let what = format!("whether part `{}` moves", part.name);
-            return Err(Failed::Apart(Apart { what, when: "no output shows it".to_owned() }));
+            let what = format!("the moves of part `{}`", part.name);
+            return Err(Failed::Apart(Apart { what, when: "no output shows them".to_owned() }));
         }
     }
     let is_continuous = |output: &Output| matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty());
@@ -208,7 +209,7 @@ fn ends_together(net: &Net, division: &Division) -> Result<(), Failed> {
         || net.outputs.values().any(is_continuous);
     if once {
         return Err(Failed::Open(
-            "something happens once in a reaction of several rounds".to_owned(),
+            "actions, timers, tasks, extern conditions and continuous calls run once per reaction, but a reaction takes several rounds".to_owned(),
         ));
     }
     Ok(())
@@ -472,7 +473,7 @@ impl What {
                 let transition =
                     part.net.transitions.values().nth(*at).map(|it| it.name.text.as_str());
                 let transition = transition.unwrap_or_default();
-                format!("whether transition `{transition}` of part `{name}` fires")
+                format!("the firing of transition `{transition}` of part `{name}`")
             }
             What::Bit((Origin::Step(step), _, _)) => {
                 format!("step `{}` of part `{name}`", net.steps[part.steps[*step]].name)

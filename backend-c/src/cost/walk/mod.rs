@@ -282,11 +282,7 @@ pub(super) fn bound(
         contract,
     };
     // An estimate, which is used to choose a style, is based on the text.
-    let found = if machine.is_bounded {
-        paths::worst(&chart)
-    } else {
-        Err(Stopped::Lost("more than the instructions of this machine".to_owned()))
-    };
+    let found = if machine.is_bounded { paths::worst(&chart) } else { Err(Stopped::Estimate) };
     let (cost, of_one_event, way, open) = match &found {
         Ok(found) if found.price.time <= of_text.time => {
             let cost = |price: Price| Cost { user: price.user, ..Cost::of(price.time) };

@@ -516,7 +516,7 @@ impl Builder<'_> {
             let text = self.text.get(start as usize..expr.span.end as usize).unwrap_or_default();
             let (step, name, text) = (short(&name.text), name.span, format!("({text})"));
             self.findings.report(|| {
-                let message = format!("`*` multiplies step `{step}` by a number of the comparison");
+                let message = format!("`*` multiplies step `{step}` by a number in the comparison");
                 Diagnostic::error(codes::STEP_IN_CONDITION, message)
                     .at(compared, "`*` multiplies numbers here")
                     .at(name, "not a factor of the left side")

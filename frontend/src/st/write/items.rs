@@ -633,7 +633,10 @@ impl<'a> Maker<'a> {
                     };
                     let common = timed.get(target.text.as_str()).is_some_and(|n| *n > 1);
                     if !iec && common && matches!(how, ActionHow::After(_) | ActionHow::For(_)) {
-                        self.cannot("outputs with a time of their own in each step", span);
+                        self.cannot(
+                            "outputs with a different time limit or delay in each step",
+                            span,
+                        );
                     }
                     match self.names.get(target.text.as_str()).cloned() {
                         Some(action) => uses.push(Use {

@@ -159,7 +159,7 @@ impl<'q> Joint<'q> {
         }
         let differ = differences(&mut aig, question, &reactions)?;
         let (Ok(models), Ok(next)) = (models.try_into(), next.try_into()) else {
-            unreachable!("there are two nets");
+            unreachable!("internal error: expected the reactions of two nets");
         };
         Ok(Joint {
             question,
@@ -198,7 +198,9 @@ fn differences(
     question: &Question<'_>,
     reactions: &[(Reaction, Vec<Call>)],
 ) -> Result<Vec<Lit>, String> {
-    let [left, right] = reactions else { return Err("there are two nets".to_owned()) };
+    let [left, right] = reactions else {
+        return Err("internal error: expected the reactions of two nets".to_owned());
+    };
     let Common { columns, layouts, steps, .. } = question.common;
     let mut differ = Vec::new();
     for column in columns {

@@ -39,6 +39,8 @@ pub(in crate::cost) struct State {
 pub(in crate::cost) enum Stopped {
     /// Too many simultaneous states, or too many statements.
     TooMuch,
+    /// The costs of the machine are estimates.
+    Estimate,
     /// Something that a run cannot follow.
     Lost(String),
 }
@@ -47,6 +49,9 @@ impl fmt::Display for Stopped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Stopped::TooMuch => f.write_str("a reaction has too many paths to count"),
+            Stopped::Estimate => {
+                f.write_str("there is no bound for this machine, only an estimate")
+            }
             Stopped::Lost(what) => write!(f, "the paths of a reaction depend on {what}"),
         }
     }
