@@ -1,4 +1,4 @@
-//! What the help of each verb says beside its options: examples, and the options that all verbs share.
+//! The parts of the help of each verb other than its own options: examples, and the options that all verbs share.
 
 use crate::args::Cli;
 use clap::CommandFactory as _;

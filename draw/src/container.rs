@@ -8,7 +8,7 @@ use crate::tracks::{self, Joint, Wire};
 use crate::vertex::{self, Look};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The distance of tracks.
+/// The distance between tracks.
 const TRACK: i64 = 10;
 /// The distance of the first track from the layer above it.
 const ABOVE: i64 = 14;
@@ -96,7 +96,7 @@ struct Builder<'a> {
     cells: Vec<Cell>,
     of_vertex: BTreeMap<usize, usize>,
     layers: Vec<Vec<usize>>,
-    /// True for layers that have more than lanes.
+    /// True for layers that contain anything besides lanes.
     is_used: Vec<bool>,
     links: Vec<Link>,
     /// The cells at the border, with the transition and its direction.

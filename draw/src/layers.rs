@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-/// The distance of cells of a layer.
+/// The distance between the cells of a layer.
 pub(crate) const GAP: i64 = 24;
 /// The unit of columns.
 pub(crate) const PITCH: i64 = 8;

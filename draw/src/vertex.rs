@@ -8,7 +8,7 @@ use crate::text::{Rich, broken_name, width};
 const LONGEST_NAME: i64 = 180;
 /// The width from which other texts are broken at blanks.
 const LONGEST_LINE: i64 = 220;
-/// The distance of lines of text.
+/// The distance between lines of text.
 const LINE: i64 = 15;
 /// The distance of texts from the border of a state.
 const MARGIN: i64 = 10;

@@ -53,7 +53,7 @@ struct BuiltWith {
     stem: Option<String>,
 }
 
-/// The first member of a JSON text that is not written for the value that was read from it.
+/// The first JSON member that is absent or different when the parsed value is written again.
 fn unneeded(found: &Value, written: &Value, at: &str) -> Option<String> {
     match (found, written) {
         (Value::Object(found), Value::Object(written)) => found.iter().find_map(|(name, value)| {

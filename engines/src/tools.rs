@@ -2,7 +2,7 @@
 
 use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::Mutex;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -66,15 +66,7 @@ pub fn run(
     input: &[u8],
     limit: Duration,
 ) -> Result<Finished, String> {
-    let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
-    let mut child = Command::new(program)
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| format!("{shown} cannot be started: {error}"))?;
+    let (shown, mut child) = start(program, arguments, folder)?;
     let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
     let (ended, stdout, stderr) = thread::scope(|scope| {
         // Three pipes are handled concurrently: a program that fills one of them must not block while we handle another.
@@ -103,6 +95,20 @@ pub fn run(
     })
 }
 
+/// Starts a program in a folder, with pipes to all its streams; returns the name for messages too.
+fn start(program: &Path, arguments: &[&str], folder: &Path) -> Result<(String, Child), String> {
+    let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
+    let child = Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{shown} cannot be started: {error}"))?;
+    Ok((shown, child))
+}
+
 /// A question or report of a program that [`converse`] runs: one byte and two numbers of four bytes, the low byte first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Message {
@@ -122,15 +128,7 @@ pub(crate) fn converse(
     limit: Duration,
     answer: impl FnMut(Message) -> Result<Option<u32>, String>,
 ) -> Result<(), String> {
-    let shown = program.file_name().unwrap_or(program.as_os_str()).to_string_lossy().into_owned();
-    let mut child = Command::new(program)
-        .args(arguments)
-        .current_dir(folder)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(|error| format!("{shown} cannot be started: {error}"))?;
+    let (shown, mut child) = start(program, arguments, folder)?;
     let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
     let (Some(stdin), Some(stdout)) = (stdin, stdout) else {
         return Err(format!("cannot connect to {shown}"));
@@ -203,10 +201,7 @@ fn read_all(pipe: Option<impl Read>) -> Vec<u8> {
 }
 
 #[expect(clippy::disallowed_methods, reason = "a program that hangs must be stopped")]
-fn wait(
-    child: &mut std::process::Child,
-    limit: Duration,
-) -> Result<std::process::ExitStatus, String> {
+fn wait(child: &mut Child, limit: Duration) -> Result<ExitStatus, String> {
     let start = Instant::now();
     let mut pause = Duration::from_micros(200);
     loop {

@@ -39,7 +39,7 @@ pub struct Local {
     pub member: Option<String>,
 }
 
-/// What the evolution of a statechart carries from one check to the next, beside the state of the net (semantics §3.9).
+/// What the evolution of a statechart carries from one check to the next, besides the state of the net (semantics §3.9).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Carried {
     /// The reaction has a fault so far.

@@ -1,9 +1,9 @@
-//! The macrocells that a chip needs at least for a set of groups, whatever its state encoding is.
+//! The minimum number of macrocells that a chip needs for a set of groups, with any state encoding.
 //!
 //! The steps of a sequential component share one code, and their times share one counter; so a component needs at least the bits of that code and the bits of
 //! its longest time. A variable, a timed action and the operand of an edge have their own bits. A continuous output or a wire needs a macrocell of its own,
 //! unless it is a bit of a code; one that depends on an input is no such bit. The number never falls when another group is placed, on the chip or elsewhere, so
-//! if some decisions are too much for a chip, every placement with these decisions is too.
+//! if some decisions exceed a chip, every placement that contains them exceeds it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -78,7 +78,7 @@ impl<'a> Cells<'a> {
         Cells { facts, groups: groups.groups.iter().map(of).collect(), shown: shown.collect() }
     }
 
-    /// The least number of macrocells of a chip with some groups, if others are on other parts.
+    /// The minimum number of macrocells of a chip with some groups, if others are on other parts.
     #[must_use]
     pub fn least(&self, chip: PartIndex, decisions: &[(NodeIndex, PartIndex)]) -> u64 {
         let (mut steps, mut times) = (BTreeSet::new(), BTreeMap::new());
@@ -131,8 +131,8 @@ impl<'a> Cells<'a> {
         bits + edges.len() as u64 + outputs.max(code_bits)
     }
 
-    /// Some of the decisions of a placement that need more than `room` macrocells of a chip, as few as possible: without any one of them it might fit. `None` if
-    /// the whole placement might.
+    /// A minimal set of decisions of a placement that together need more than `room` macrocells of a chip; if any one of them is removed, the rest might fit.
+    /// `None` if the whole placement might.
     #[must_use]
     pub fn too_much(
         &self,

@@ -6,8 +6,8 @@ use grafsynth_ir::Code;
 pub const UNSUPPORTED: Code = Code { id: "G1001", title: "chart that cannot be split" };
 /// Two objects that must be on the same part are placed on different parts.
 pub const APART: Code = Code { id: "G1002", title: "objects that cannot be separated" };
-/// A transition does not keep its deadline, or it is not known whether it does.
-pub const DEADLINE: Code = Code { id: "G1003", title: "deadline that is not kept" };
+/// A transition does not meet its deadline, or it is open whether it does.
+pub const DEADLINE: Code = Code { id: "G1003", title: "missed deadline" };
 
 /// The request for a link does not match the parts, the chips or the CPU.
 pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };

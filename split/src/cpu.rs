@@ -29,14 +29,14 @@ pub struct Pin {
     pub takes_5v: bool,
 }
 
-/// The cycles of the driver of a link, counted from the instructions that compilers make of it, with a margin; the reaction is not included.
+/// The cycles of the driver of a link, counted from the instructions that compilers generate for it, with a margin; the reaction is not included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinkCycles {
     /// The call of the function for a round, with all registers that it saves.
     pub call: u32,
-    /// One act at most: an input is copied, a pin set or read, a clock pulse given.
+    /// The maximum for one act: an input is copied, a pin set or read, a clock pulse given.
     pub act: u32,
-    /// One iteration of a loop that waits, at most.
+    /// The maximum for one iteration of a wait loop.
     pub wait: u32,
 }
 

@@ -14,7 +14,7 @@ use grafsynth_sim::{Directed, InputRow, MAX_DT, Simulator, State, Stimulus, brea
 use crate::limits::Limits;
 use crate::symbolic::{self, Repeat};
 
-/// The least number of repetitions that is worth a proof; random runs do fewer by themselves.
+/// The minimum number of repetitions worth a proof; random runs do fewer by themselves.
 const MANY: i64 = 1_000;
 /// The number of reactions in which loops are looked for, and the number of states from which they may start.
 const REACTIONS: usize = 200;
@@ -211,6 +211,6 @@ pub(crate) fn within(net: &Valid<Net>, limits: &Limits) -> Limits {
     limits.clone()
 }
 
-/// The number of pairs, and the work of a decision diagram, for states that are known to be too many.
+/// The limits on pairs and on diagram work for a net that is known to have too many states.
 const ENDLESS: u64 = 50_000;
 const ENDLESS_IMAGE: u64 = 1_000_000;

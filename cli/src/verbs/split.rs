@@ -161,7 +161,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
 /// The devices of a split, its objective, and its costs.
 type Choice = (String, Objective, split::Costs);
 
-/// The choices that no other one beats, each cost on the same devices once.
+/// The choices that no other one beats, without duplicates of the same costs on the same devices.
 fn front(found: &[Choice]) -> Vec<&Choice> {
     let mut rows: Vec<&Choice> = Vec::new();
     for choice in found {

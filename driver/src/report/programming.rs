@@ -17,7 +17,7 @@ fn fuses(chip: &Chip) -> Option<String> {
     let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
     say("device", device.burned_as.to_owned());
     if !device.burned_as.eq_ignore_ascii_case(device.name) {
-        say("in the place of", device.palasm.to_owned());
+        say("replaces", device.palasm.to_owned());
     }
     if let Some(layout) = device.layout {
         let is_chosen = |mode: &&grafsynth_backend_pld::device::layout::Mode| {

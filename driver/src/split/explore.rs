@@ -12,7 +12,7 @@ pub struct Costs {
     pub cells: u64,
     /// The wires between the parts.
     pub wires: u64,
-    /// The cycles of the part on the CPU in a round at most; `None` if they are not known.
+    /// The maximum number of cycles of the part on the CPU in a round; `None` if they are not known.
     pub cycles: Option<u64>,
     /// The longest time of a reaction in nanoseconds, with an estimate for the link; `None` if it is not known.
     pub reaction_ns: Option<u64>,

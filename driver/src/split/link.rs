@@ -40,13 +40,13 @@ pub struct Linked {
 /// The time of a reaction, which is one or more rounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Round {
-    /// In a round, the cycles of the reaction of the part on the CPU at most.
+    /// The maximum number of cycles, in one round, of the reaction of the part on the CPU.
     pub step: u64,
-    /// In a round, the cycles of everything else at most, estimated.
+    /// The estimated maximum number of cycles of everything else in one round.
     pub link: u64,
     /// The clock of the CPU in cycles per second.
     pub hz: u64,
-    /// The most rounds of a reaction.
+    /// The maximum number of rounds of a reaction.
     pub rounds: u32,
     /// The time of all these rounds in nanoseconds.
     pub ns: u64,
@@ -58,7 +58,7 @@ pub struct Round {
 /// The link of a split for its CPU. The acts of a round are checked before they are printed.
 ///
 /// # Errors
-/// Too few pins on the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not kept. A failed check is a bug in grafsynth.
+/// Too few pins on the CPU; signals that cannot be wired; a chip whose pins are not assigned; deadlines that are not met. A failed check is a bug in grafsynth.
 pub fn link(
     net: &Net,
     split: &Split,
@@ -176,7 +176,7 @@ pub fn rounded(ns: u64) -> String {
     format!("{}.{} us", tenths / 10, tenths % 10)
 }
 
-/// The deadlines that a lockstep split does not keep.
+/// The deadlines that a lockstep split does not meet.
 fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
     let late = |transition: &Transition| {
         let deadline = transition.deadline_ns?;
@@ -189,7 +189,7 @@ fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
                 rounded(round.ns)
             ),
             Err(why) => {
-                format!("it is not known whether `{name}` keeps its deadline of {wanted}: {why}")
+                format!("it is open whether `{name}` meets its deadline of {wanted}: {why}")
             }
         };
         let found = Diagnostic::error(DEADLINE, message)

@@ -1,10 +1,10 @@
 //! The best partition whose chips really hold their parts.
 //!
-//! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better partition
-//! may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower bound for all
-//! that fit. If that is not below what was found, nothing better exists. Otherwise, if some decisions need more macrocells than a chip has ([`Cells`]), partitions
-//! with these decisions are excluded. Else this partition is built: either it fits and is the best one, or only it is excluded and the bound may rise.
-//! The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
+//! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
+//! partition may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower
+//! bound for all that fit. If that is not below what was found, nothing better exists. Otherwise, if some decisions need more macrocells than a chip has
+//! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
+//! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
 use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
 use crate::codes;

@@ -244,8 +244,8 @@ pub struct Link {
     pub connections: Vec<Connection>,
     /// One round, in order.
     pub acts: Vec<Act>,
-    /// The most rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after the first one
-    /// are without time and events.
+    /// The maximum number of rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after
+    /// the first one are without time and events.
     pub most_rounds: Option<u32>,
     /// The levels that the CPU sets for row 0, in which all inputs are 0, if they differ from the levels in reset.
     pub start: Vec<(ConnectionIndex, bool)>,

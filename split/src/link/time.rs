@@ -3,17 +3,17 @@
 use super::{Act, Link, Timing};
 use crate::cpu::{Cpu, Family};
 
-/// A loop of more iterations is written as a loop; fewer cycles are single instructions.
+/// A wait of more than this many instructions is written as a loop; a shorter one as single instructions.
 const MOST_NOPS: u64 = 16;
-/// The cycles of an iteration of [`Wait::Loop`] at least: the counter is loaded, tested, decremented and stored.
+/// The minimum number of cycles of an iteration of [`Wait::Loop`]: the counter is loaded, tested, decremented and stored.
 const LEAST_OF_ITERATION: u64 = 4;
 
 /// How the CPU waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Wait {
-    /// As many single instructions that do nothing.
+    /// This many instructions that do nothing.
     Nops(u64),
-    /// As many iterations of a loop.
+    /// This many iterations of a loop.
     Loop(u64),
 }
 
@@ -35,7 +35,7 @@ pub(super) fn loop_of(cycles: u64) -> Wait {
     Wait::Loop(cycles.div_ceil(LEAST_OF_ITERATION))
 }
 
-/// The cycles of one round at most, without the reaction of the part on the CPU; `None` if no time can be stated for this CPU.
+/// The maximum number of cycles of one round, without the reaction of the part on the CPU; `None` if no time can be stated for this CPU.
 #[must_use]
 pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
     let cycles = cpu.link_cycles?;

@@ -22,7 +22,7 @@ const INFINITE: i64 = i64::MAX / 4;
 /// The largest step of a price.
 const LARGEST: i64 = 1 << 50;
 
-/// The most prices.
+/// The maximum number of prices.
 const MOST_ROWS: usize = 60;
 
 /// The result of the bound.

@@ -124,10 +124,10 @@ impl std::error::Error for ProblemError {}
 /// The largest amount, cost or weight: sums over all nodes stay exact in `f64` and far from overflow in `i64`.
 const LARGEST: u64 = 1 << 30;
 
-/// The most nodes, wires, inputs or sets.
+/// The maximum number of nodes, wires, inputs or sets.
 const MOST: usize = 1 << 18;
 
-/// The most resources of a part.
+/// The maximum number of resources of a part.
 const MOST_RESOURCES: usize = 64;
 
 impl Problem {

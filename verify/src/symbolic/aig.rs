@@ -215,7 +215,7 @@ impl Aig {
         !self.and_all(negated)
     }
 
-    /// The functions of which a function is the disjunction by structure, if there are at most `limit`; otherwise, and if it is none, only itself.
+    /// The operands of a function that is structurally a disjunction of at most `limit` functions; for any other function, the function itself.
     pub(crate) fn disjuncts(&self, root: Lit, limit: usize) -> BTreeSet<Lit> {
         let mut all = BTreeSet::new();
         let mut todo = vec![!root];
@@ -233,7 +233,7 @@ impl Aig {
         all
     }
 
-    /// True if the structure shows that a function implies one of these functions. Each node that is looked at is taken from `budget`.
+    /// True if the structure shows that a function implies one of these functions. Each visited node reduces `budget` by 1.
     pub(crate) fn implies_one(
         &self,
         lit: Lit,

@@ -108,8 +108,8 @@ pub(crate) fn never_saturates(net: &Valid<Net>, facts: &Facts, limits: &Limits) 
     proved() == Some(true)
 }
 
-/// For each pair of transitions, whether it is proved that they are never fireable in one reaction, for any `dt`: neither in a state that satisfies the
-/// invariants, or else neither after a reaction from such a state nor after reset.
+/// For each pair of transitions, whether it is proved that they are never fireable in one reaction, for any `dt`: either in no state that satisfies the
+/// invariants, or neither after a reaction from such a state nor after reset.
 pub(crate) fn never_both(
     net: &Valid<Net>,
     facts: &Facts,

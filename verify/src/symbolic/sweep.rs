@@ -12,8 +12,7 @@ use crate::limits::Limits;
 
 /// The maximum number of conflicts of a query about two inner nodes: a missed merge costs less than a long search.
 const INNER_CONFLICTS: u64 = 400;
-/// The total effort, as a multiple of the limit of conflicts for one query. A conflict counts as 1, a query as 1 and as many more as its solver has
-/// thousands of nodes.
+/// The total effort, as a multiple of the limit of conflicts for one query. A conflict counts as 1, a query as 1, plus 1 for each thousand nodes of its solver.
 const EFFORT: u64 = 20;
 /// The number of encoded nodes from which a new solver is begun.
 const ENCODED: usize = 20_000;

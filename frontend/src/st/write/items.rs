@@ -618,7 +618,7 @@ impl<'a> Maker<'a> {
             self.cannot_name("entry, exit and final steps", &step.name, step.name.span);
         }
         if step.count.is_some() {
-            self.cannot_name("counting steps", &step.name, step.name.span);
+            self.cannot_name("counted steps", &step.name, step.name.span);
         }
         let mut uses = Vec::new();
         for item in &step.body {

@@ -17,7 +17,7 @@ use crate::symbolic::cofactor::Residue;
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
 const ALL_NODES: usize = 400_000;
-/// The maximum number of nodes of the graph in what is left of a question in all its cases, and of all questions of a proof.
+/// The maximum number of remaining graph nodes: of one question over all its cases, and of all questions of a proof.
 pub(super) const SPLIT_NODES: usize = 400_000;
 const ALL_SPLIT_NODES: usize = 1_000_000;
 /// The conflicts in one case of a question.
@@ -100,8 +100,8 @@ impl Attempt<'_> {
         }
     }
 
-    /// What is left of the checks in the cases of the component that each depends on most: in each case, the steps of the component are constants. Nothing for a
-    /// check without a component, and if the work is too much.
+    /// What is left of the checks in the cases of the component that each depends on most: in each case, the steps of the component are constants. `None` for a
+    /// check without a component, or if the work limit is reached.
     pub(super) fn splits(&mut self, checks: &[Check]) -> Vec<Option<Split>> {
         let mut of_component: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (at, check) in checks.iter().enumerate() {

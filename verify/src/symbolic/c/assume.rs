@@ -106,7 +106,7 @@ impl<'u> Program<'u> {
         memory.put(object, address.cell, Rc::new(part));
     }
 
-    /// What operations make of a value, the last one first; `None` if a conversion changes it or an operation is not one on numbers from 0 on.
+    /// The result of applying the operations to a value, last one first; `None` if a conversion changes the value, or if an operand is negative.
     fn through(&self, links: &[Link], own: i128) -> Option<i128> {
         links.iter().rev().try_fold(own, |value, link| match link {
             Link::Convert(kind) => (self.unit.machine.wrap(value, *kind) == value).then_some(value),

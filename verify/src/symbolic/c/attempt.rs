@@ -46,7 +46,7 @@ pub(super) struct Attempt<'a> {
     pub(super) assumed: Vec<Lit>,
     /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
     pub(super) unset: Vec<usize>,
-    /// Variables that no statement changes, beside those of the inputs.
+    /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
 }
 

@@ -114,7 +114,7 @@ pub fn functions_of(unit: &Unit) -> Functions<'_> {
 pub(super) struct Subject<'a> {
     pub(super) net: &'a Valid<Net>,
     pub(super) facts: &'a Facts,
-    /// Invariants beside those of the facts.
+    /// Invariants besides those of the facts.
     pub(super) further: &'a [Invariant],
     pub(super) unit: &'a Unit,
     pub(super) functions: &'a Functions<'a>,
