@@ -186,7 +186,11 @@ impl Layout<'_> {
         ));
         if i.gate {
             let head = format!("void {prefix}_react({});", i.parameters(true, true));
-            nodes.push(Node::line(head).note("behind the gate"));
+            nodes.push(
+                Node::line(head).note(
+                    "the reaction itself; the step function calls it unless the gate skips it",
+                ),
+            );
             nodes.push(gate::step(i, &gate::same(self.net, i)));
         } else {
             nodes.push(Node::line(format!("void {prefix}_step({});", i.parameters(true, true))));

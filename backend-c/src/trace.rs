@@ -210,7 +210,7 @@ pub(crate) fn reader(names: &Names) -> Vec<Node> {
         format!("static inline uint8_t {prefix}_trace_byte(const {prefix}_t *self, uint16_t at)");
     vec![
         Node::comment(format!(
-            "The byte of the trace at index at, which is below {upper}_TRACE_BYTES. Send all bytes, raw or as hexadecimal text; grafsynth trace reads them.\nCall it only between reactions, because the ring must not change."
+            "Returns byte `at` of the trace; `at` must be less than {upper}_TRACE_BYTES. Send all bytes, raw or as hexadecimal text; grafsynth trace reads them.\nCall it only between reactions, because the ring must not change."
         )),
         Node::function(head, body),
         Node::blank(),

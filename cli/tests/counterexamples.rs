@@ -197,7 +197,7 @@ fn programs_get_each_row_and_the_names_of_the_files() {
     replays(folder, "b.graf", "t-2.csv");
 }
 
-/// Runs with a C compiler that changes a number of the emitted C; `None` if there is no compiler.
+/// Runs grafsynth with a C compiler that changes one number in the emitted C; `None` if there is no compiler.
 #[cfg(unix)]
 fn with_wrong_c(folder: &Path, arguments: &[&str]) -> Option<Output> {
     use std::os::unix::fs::PermissionsExt as _;

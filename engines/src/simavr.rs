@@ -31,7 +31,7 @@ static void take(struct avr_t *avr, avr_io_addr_t address, uint8_t value, void *
     fputc(value, answer);
 }
 
-/* Arguments: the machine, the firmware, the files of stimulus and answer. NULL where one of them is not there. */
+/* Arguments: the machine, the firmware, the files of stimulus and answer. Returns NULL if one of them cannot be opened. */
 static avr_t *machine(char **argv)
 {
     static elf_firmware_t firmware;

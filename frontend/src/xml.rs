@@ -612,10 +612,10 @@ fn malformed(file: FileId, text: &str, error: &Error, unclosed: Option<Span>) ->
             finding(format!("undeclared namespace prefix {prefix}"), here)
                 .help(match PREFIXES.iter().find(|(known, _)| *known == prefix) {
                     Some((_, space)) => {
-                        format!("declare it at the outermost element: xmlns:{prefix}=\"{space}\"")
+                        format!("declare it on the outermost element: xmlns:{prefix}=\"{space}\"")
                     }
                     None => format!(
-                        "remove the prefix, or declare it at the outermost element with the namespace of its tool: xmlns:{prefix}=\"..\""
+                        "remove the prefix, or declare it on the outermost element with the namespace of its tool: xmlns:{prefix}=\"..\""
                     ),
                 })
         }

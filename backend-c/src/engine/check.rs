@@ -229,7 +229,7 @@ impl Checker<'_> {
             Op::Loop => {
                 let limit = found.number(0, 4);
                 let is_first = self.depth == 0 && self.loops < LOOPS && found.length() > 0;
-                good(is_first, "a loop that is empty, nested too deep, or within an expression")?;
+                good(is_first, "a loop that is empty, nested too deeply, or within an expression")?;
                 self.is_too_long = limit > self.bounds.rounds / next.rounds;
                 next.rounds = next.rounds.saturating_mul(limit.max(1));
                 self.loops += 1;
@@ -238,7 +238,7 @@ impl Checker<'_> {
             Op::AndThen | Op::OrElse => next.depth += 1,
             _ => {}
         }
-        good(self.open.len() < NEST, "parts are nested too deep")?;
+        good(self.open.len() < NEST, "parts are nested too deeply")?;
         let end = self.open.last().map_or(0, |around| around.end);
         good(next.end <= end, "a part ends after the part that contains it")?;
         self.open.push(next);

@@ -9,7 +9,7 @@
 
 /* The maximum number of parts that are open at once. */
 #define GC_NEST 32U
-/* The bytes of the row of a cell: its first value and how many (numbers), its minimum and its maximum (32 bits each). */
+/* The size of the row of a cell, in bytes: its first number and its number of numbers (16 bits each), its minimum and its maximum (32 bits each). */
 #define GC_CELL_ROW 12U
 
 /* The number of objects of a kind that operands can refer to. */
@@ -242,7 +242,7 @@ static int64_t gc_divide(int64_t a, int64_t b, bool wants_rest) GS_ON_STACK
     return value;
 }
 
-/* The amount of a shift; a damaged image may contain any. */
+/* The amount of a shift, limited to 0..63: a damaged image may contain any value. */
 static uint8_t gc_amount(int64_t by) GS_ON_STACK
 {
     return (uint8_t)((uint64_t)by & 63U);
@@ -365,7 +365,7 @@ static int32_t gc_clamp(gc_number_t value, int32_t least, int32_t most) GS_ON_ST
     return kept;
 }
 
-/* Stores the nearest value in the range of a cell, of which the row is given. */
+/* Stores a value in a cell, limited to the range of the cell; `row` is the row of the cell in the image. */
 static void gc_set(const gc_run_t *run, uint16_t row, uint16_t at, gc_number_t value) GS_ON_STACK
 {
     run->values[at] = gc_clamp(value, gs_i32(run->image, (uint16_t)(row + 4U)), gs_i32(run->image, (uint16_t)(row + 8U)));

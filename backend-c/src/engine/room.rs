@@ -61,7 +61,11 @@ pub fn check_image(image: &[u8], room: &Room) -> Result<(), Flaw> {
     }
     let length = reader.u16(6) as usize;
     if length > image.len() || length < header {
-        return fail(Damage::Short, 6, "the length is not that of the bytes");
+        return fail(
+            Damage::Short,
+            6,
+            "the length in the header is shorter than the header or longer than the image",
+        );
     }
     if crc32_of_image(&image[..length]) != reader.u32(8) {
         return fail(Damage::Checksum, 8, "the checksum is wrong");

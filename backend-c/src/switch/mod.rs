@@ -29,7 +29,7 @@ pub(crate) fn program(
     let plan = plan::plan(net, facts).map_err(Failure::Refused)?;
     if options.style == Style::Auto && !pays(&plan) {
         return Err(Failure::Refused(Refusal {
-            what: "a chart whose steps are mostly in no sequential component".to_string(),
+            what: "a chart most of whose steps belong to no sequential component".to_string(),
             span: net.name.span,
         }));
     }

@@ -89,7 +89,7 @@ pub(crate) fn in_order(view: View, free: &[u32], wishes: &mut [PinRequest]) {
 /// position in the chart or the number of its products. So it moves only if its pin cannot hold it any more, or if a new signal has a higher
 /// preference for that pin.
 ///
-/// A signal without a pin after that displaces one that can move to another pin, so as many signals as possible are placed.
+/// A signal that still has no pin then displaces one that can move to another pin, so that as many signals as possible are placed.
 pub(crate) struct Matching {
     view: View,
     free: Vec<u32>,

@@ -240,7 +240,7 @@ impl<'a> Reader<'a> {
                 .at(span, "")
                 .help(match letter {
                     'P' => "write the letters of each vector in the order of the pins, and remove the field",
-                    _ => "remove it if the device does not need it: a fuse map that is written again lacks it",
+                    _ => "remove it if the device does not need it: grafsynth does not write this field to new fuse maps",
                 }),
             );
         }

@@ -225,7 +225,7 @@ pub(super) const SIMAVR: &str = r#"#include <simavr/sim_avr.h>
 #include <stdlib.h>
 #include <unistd.h>
 
-/* The simulator prints on the standard output, which is that of errors here. */
+/* The simulator prints to standard output, which is redirected to standard error here. */
 static FILE *messages;
 
 static uint32_t message(int kind, uint32_t at, uint32_t value, int is_question)

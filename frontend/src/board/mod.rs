@@ -66,7 +66,9 @@ fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
                     format!("unknown board item `{}`", short(word)),
                 );
                 match near {
-                    Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                    Some(near) => {
+                        finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
+                    }
                     None => finding
                         .at(span, "unknown here")
                         .help("a board file contains `device NAME { … }`"),

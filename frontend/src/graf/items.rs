@@ -165,7 +165,7 @@ impl Parser<'_> {
                 format!("unknown item `{shown}` of a chart"),
             );
             match near {
-                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
                 None => finding
                     .at(span, "unknown here")
                     .help("a transition is written `p1 -> p2 when m`, a step `step p1 { R }`"),

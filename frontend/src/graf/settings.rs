@@ -114,7 +114,7 @@ impl Parser<'_> {
             let finding =
                 Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown {what} `{}`", short(word)));
             match nearest(word, among.iter().map(|(word, _)| *word)) {
-                Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
                 None => {
                     let list = one_of(among.iter().map(|(word, _)| *word));
                     finding.at(span, "unknown here").help(format!("write {list}"))

@@ -582,7 +582,9 @@ impl Parser<'_> {
                     format!("unknown statement `{}`", short(word)),
                 );
                 match near {
-                    Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+                    Some(near) => {
+                        finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
+                    }
                     None => finding
                         .at(span, "unknown here")
                         .help("an assignment is written `n := n + 1`"),

@@ -163,7 +163,7 @@ impl Rules {
                             codes::UNKNOWN_WORD,
                             format!("unknown part `{}` of the rules", short(word)),
                         )
-                        .at(span, format!("meant `{known}`?"))
+                        .at(span, format!("did you mean `{known}`?"))
                         .fix(span, known)
                     });
                 }
@@ -272,7 +272,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> ErrorReported {
     parser.report(|| {
         let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown part `{}` of the rules", short(word)));
         match near {
-            Some(near) => finding.at(span, format!("meant `{near}`?")).fix(span, near),
+            Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
             None => finding
                 .at(span, "unknown here")
                 .help("the lists are Step, Transition, Input, Output and Marking; rules follow `Transitions:` and `Steps:`"),

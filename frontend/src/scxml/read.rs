@@ -231,7 +231,7 @@ impl<'t> Reader<'_, 't> {
                 self.report(refuse(
                     span,
                     "a data element in the null data model",
-                    "write datamodel=\"ecmascript\" at <scxml>",
+                    "write datamodel=\"ecmascript\" on <scxml>",
                 ));
                 continue;
             }

@@ -452,6 +452,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
         }
         let (what, name, span) = match macro_of.get(&id) {
             Some(one) => ("macro-step", &one.name, one.name.span),
+            None if net.settings.policy.is_statechart() => ("state", &step.name, step.name.span),
             None => ("step", &step.name, step.name.span),
         };
         out.push(

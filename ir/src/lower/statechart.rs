@@ -598,7 +598,7 @@ fn queues(lowering: &mut Lowering<'_>) {
                 .help("write `queue 4` for 4 events in each queue; a further event is dropped and sets `fault`")
                 .help_in(
                     Notation::Scxml,
-                    "write g:queue=\"4\" at <scxml> for 4 events in each queue; a further event is dropped and sets the fault",
+                    "write g:queue=\"4\" on <scxml> for 4 events in each queue; a further event is dropped and sets the fault",
                 ),
         );
         return;

@@ -125,7 +125,7 @@ impl<'l> Text<'l> {
             );
         }
         text += &format!(
-            "/* Sets the directions of the pins, waits until the chips are in their initial states, and starts the part on the CPU: row 0. The chips must have been\n \
+            "/* Sets the directions of the pins, waits until the chips are in their initial states, and resets the part on the CPU. The chips must have been\n \
              * powered off since their last round: a reset of the CPU alone does not reset them. */\n\
              void {name}_link_init({});\n\n",
             self.parameters(false)

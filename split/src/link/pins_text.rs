@@ -92,7 +92,7 @@ fn preamble(cpu: &Cpu, name: &str, upper: &str, lines: &[Line<'_>]) -> String {
             format!("\n{}", lines.iter().map(bit).collect::<String>())
         }
         Family::Host => format!(
-            "\n/* The program provides these: a pin is set, a pin is read, the chips follow their inputs. */\n\
+            "\n/* Your program provides these functions: set a pin, read a pin, let the chips follow their inputs. */\n\
              void {name}_link_host_put(unsigned pin, bool level);\nbool {name}_link_host_get(unsigned pin);\nvoid {name}_link_host_settle(void);\n"
         ),
     }

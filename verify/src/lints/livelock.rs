@@ -64,7 +64,7 @@ pub(super) fn livelock(
         .help(format!("write `evolution stable limit {more}`, which is enough for this reaction"))
         .help_in(
             Notation::Scxml,
-            format!("write g:limit=\"{more}\" at <scxml>, which is enough for this reaction"),
+            format!("write g:limit=\"{more}\" on <scxml>, which is enough for this reaction"),
         )
         .help_in(
             Notation::Iec,

@@ -93,7 +93,7 @@ impl Rules<'_> {
                         .is_event()
                         .then_some("an event in a condition"),
                     Leaf::Elapsed(step) => (!self.plan.timers.contains_key(&step))
-                        .then_some("a time that is compared with no constant"),
+                        .then_some("a time that is not compared with a constant"),
                     Leaf::Var(_) | Leaf::Active(_) | Leaf::Rise(_) | Leaf::Fall(_) => None,
                     Leaf::LastElapsed(_) => Some("the time `T` of a step"),
                     Leaf::TasksDone(_) => Some("tasks"),

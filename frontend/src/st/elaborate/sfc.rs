@@ -391,7 +391,7 @@ impl<'a> Elaborator<'a> {
                 )
                 .at(one.span, "")
                 .help(format!(
-                    "write `{}({:?}, T#3s)` in structured text, `duration=\"T#3s\"` at the <action> in PLCopen XML",
+                    "write `{}({:?}, T#3s)` in structured text, `duration=\"T#3s\"` on the <action> in PLCopen XML",
                     one.action, one.qualifier
                 )),
             );
