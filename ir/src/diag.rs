@@ -266,7 +266,7 @@ pub fn nearest_type<'a>(
     nearest_of(word, candidates, |_| true)
 }
 
-/// The nearest of the likely candidates for which `may_be` is true; it is asked last, of the few that are near.
+/// The nearest of the likely candidates for which `may_be` is true; this is checked last, only for the few that are near.
 fn nearest_of<'a>(
     word: &str,
     candidates: impl IntoIterator<Item = &'a str>,

@@ -515,8 +515,8 @@ impl<L> Expr<L> {
 
     /// The value, with 0 and 1 for Booleans. `leaf` returns the value of a leaf (index 0) or of an array element.
     ///
-    /// This evaluator is for everything that makes output. The simulator and the symbolic verifier have their own, so that a mistake here cannot be
-    /// proved correct. Cases that validation excludes (division by zero, more than 64 bits) give 0, so no expression can stop the program.
+    /// This evaluator is for everything that produces output. The simulator and the symbolic verifier have their own, so that a mistake here cannot be proved
+    /// correct. Cases that validation excludes (division by zero, more than 64 bits) give 0, so no expression can stop the program.
     pub fn eval(&self, leaf: &mut impl FnMut(&L, i64) -> i64) -> i64 {
         match &self.kind {
             ExprKind::Bool(value) => i64::from(*value),

@@ -22,11 +22,11 @@ pub struct Facts {
     pub all_dead_known: bool,
     /// A bound on the micro-steps of one reaction, if one below `limit` was proved.
     pub stable_depth: Option<Proved<u32>>,
-    /// The maximum number of checks in one reaction (rounds of EVOLVE, semantics.md §3.9), including the final check that finds nothing to fire. Also for
-    /// statecharts, where a check may be for an event taken from a queue.
+    /// The maximum number of checks in one reaction (rounds of EVOLVE, semantics.md §3.9), including the final check that finds nothing to fire. This also
+    /// applies to statecharts, where a check may be for an event taken from a queue.
     pub rounds: Option<Proved<u32>>,
-    /// The proof that no reaction ends with a fault, if one was found: each evolution becomes stable within the limit, and no queue overflows. Also for
-    /// statecharts, where the limit starts again with each external event and therefore bounds no depth.
+    /// The proof that no reaction ends with a fault, if one was found: each evolution becomes stable within the limit, and no queue overflows. This also
+    /// applies to statecharts, where the count starts again with each external event, so the limit does not bound the micro-steps of a reaction.
     pub always_stable: Option<Proof>,
     /// True if at most one event is ever pending in the internal queue.
     pub single_pending: Option<Proved<bool>>,
@@ -48,7 +48,7 @@ impl Facts {
         self.rounds.clone().into_iter().chain(of_depth).min_by_key(|rounds| rounds.value)
     }
 
-    /// True if it is proved that the two steps are never active together, also between the micro-steps of a reaction.
+    /// True if it is proved that the two steps are never active together, not even between the micro-steps of a reaction.
     #[must_use]
     pub fn exclude(&self, net: &Net, a: StepId, b: StepId) -> bool {
         let both = |steps: &[StepId]| steps.contains(&a) && steps.contains(&b);

@@ -52,7 +52,7 @@ pub enum Carried {
     Count,
     /// The number of waiting events that restart the count.
     Restarts,
-    /// This event of the row still waits.
+    /// This event of the row is still waiting.
     Waits(InputId),
     /// The chart had ended before this reaction.
     HadEnded(PartId),
@@ -88,7 +88,7 @@ impl Place {
 pub enum Holds {
     /// An element of a piece of the net's state; the element is 0 unless it is an array.
     Piece(Origin, u32),
-    /// The number of the active one of some steps that exclude each other.
+    /// The number of the active step among steps that exclude each other.
     ActiveOf {
         /// The steps and their numbers.
         steps: Vec<(StepId, i64)>,

@@ -456,7 +456,7 @@ fn bitwise(f: fn(bool, bool) -> bool, a: (i64, i64), b: (i64, i64)) -> (i64, i64
 }
 
 /// The largest result of an operation that combines the operands bit by bit. The bits are chosen from the sign down: each one as large as the operands allow.
-/// The state of a choice is which bounds the bits chosen so far are equal to; they do not limit the lower bits of an operand that already differs from them.
+/// Each state records which bounds the bits chosen so far are equal to; a bound does not limit the lower bits of an operand that already differs from it.
 fn largest(f: impl Fn(bool, bool) -> bool, a: (i64, i64), b: (i64, i64)) -> i64 {
     /// Whether the bits chosen so far are equal to those of `a.0`, `a.1`, `b.0` and `b.1`.
     type Equal = [bool; 4];

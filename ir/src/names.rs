@@ -87,7 +87,7 @@ pub const VERILOG: Target = Target {
     ..PLAIN
 };
 
-/// PALASM 2 and 4: at most 14 characters (13 for the name after `CHIP`), not case-sensitive, first a letter.
+/// PALASM 2 and 4: at most 14 characters (13 for the name after `CHIP`), not case-sensitive, starting with a letter.
 pub const PALASM: Target = Target {
     name: "PALASM",
     max_length: 14,
@@ -100,8 +100,8 @@ pub const PALASM: Target = Target {
 /// The name after `CHIP` in PALASM, one character shorter.
 pub const PALASM_CHIP: Target = Target { name: "PALASM chip", max_length: 13, ..PALASM };
 
-/// CUPL: 31 characters, first a letter. Treated as not case-sensitive, because its preprocessor and its reserved words are not. CUPL treats a name that ends in
-/// digits as an indexed variable that can be part of a field; it is still usable as a name.
+/// CUPL: at most 31 characters, starting with a letter. Treated as not case-sensitive, because its preprocessor and its reserved words are not. CUPL treats a
+/// name that ends in digits as an indexed variable that can be part of a field; it is still usable as a name.
 pub const CUPL: Target = Target {
     name: "CUPL",
     max_length: 31,

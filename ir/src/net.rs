@@ -79,7 +79,7 @@ pub enum Leaf {
     Active(StepId),
     /// `s.t`: ticks since activation, 0 while inactive; allowed only in a comparison with a constant.
     Elapsed(StepId),
-    /// `s.T` of IEC 61131-3: as `Elapsed`, but keeps its last value while the step is inactive.
+    /// `s.T` of IEC 61131-3: like `Elapsed`, but keeps its last value while the step is inactive.
     LastElapsed(StepId),
     /// `s.done`: the step is active and all its tasks have run.
     TasksDone(StepId),
@@ -275,7 +275,7 @@ pub struct Part {
     pub priority: Option<u32>,
     /// For a statechart, the entries of a reset, in document order.
     pub initial: Vec<Enter>,
-    /// True in a part of a split that may have only some steps of the chart, so that nothing need begin here (§10.2).
+    /// True in a part of a split that may have only some steps of the chart, so that nothing has to begin here (§10.2).
     pub is_cut: bool,
     /// Source location, comment and tags.
     pub meta: Meta,

@@ -1,8 +1,9 @@
-//! The plan of a reaction: what a translation of a net decides before it writes anything.
+//! The plan of a reaction: the decisions of a translation of a net before it writes anything.
 //!
-//! Which order lists, competing transitions and steps have, how far a timer counts, which edges, levels of actions and events are read at all, and what an edge is
-//! compared with: these follow from the net alone, so every translation takes them from here, the reaction program as well as the C back end's own styles.
-//! The simulator and the second encoding of a reaction do not: they check what is translated, so they must not share its decisions.
+//! The plan contains the order of lists, competing transitions and steps, the largest count of each timer, the edges, levels of actions and events that are
+//! read at all, and the value that an edge is compared with. All of these follow from the net alone, so every translation uses this plan: the reaction program
+//! and the C back end's own styles. The simulator and the second encoding of a reaction do not: they check what is translated, so they must not share its
+//! decisions.
 
 mod needs;
 mod ranks;

@@ -142,7 +142,7 @@ fn compared<L: Clone + Ord>(
     Expr::new(ExprKind::Compare(op, a, b), span)
 }
 
-/// A flat list without neutral constants and duplicates; a constant if the result is constant, also for `a and not a`.
+/// A flat list without neutral constants and duplicates; a constant if the result is constant, as for `a and not a`.
 fn junction<L: Clone + Ord>(all: &[Expr<L>], is_and: bool, span: crate::span::Span) -> Expr<L> {
     let whole = if is_and {
         Expr::and(all.iter().map(simplify))

@@ -281,7 +281,7 @@ impl Bdd {
         let size = self.unique.len() * 2;
         self.unique = vec![0; size];
         self.fill_unique();
-        // Old results are still true, but their positions change; discarding them costs less than moving them.
+        // Old results are still valid, but their positions change; discarding them costs less than moving them.
         let memo = (size / 2).min(1 << 20);
         if memo > self.memo.len() {
             self.memo = vec![Memo::default(); memo];

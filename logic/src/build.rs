@@ -5,8 +5,8 @@ use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinInputI
 
 /// Builds the nodes of one [`Logic`].
 ///
-/// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradicting operands are removed. Operands of
-/// `And` and `Or` are in ascending order, so their order in the source does not matter.
+/// Each function is made once: equal nodes get equal ids, and constants, double negations, repeated and contradictory operands are removed. Operands of `And`
+/// and `Or` are in ascending order, so their order in the source does not matter.
 ///
 /// ```
 /// use grafsynth_logic::build::Builder;

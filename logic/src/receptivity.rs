@@ -156,7 +156,7 @@ mod tests {
 
     type E = Expr<u8>;
 
-    /// A leaf at some source location, which must not matter.
+    /// A leaf at an arbitrary source location, which must not matter.
     fn leaf(name: u8, at: usize) -> E {
         Expr::leaf(name, Span::new(FileId(0), at, at + 1))
     }

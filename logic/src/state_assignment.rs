@@ -5,10 +5,10 @@
 //! zero-hot      p2 p3 p4    the first step is active if none of the others is
 //! compact       c1 c0       steps are numbers: 00 01 11 10
 //! ```
-//! A group is a set of steps of which at most one is active in every reachable situation (a sequential component that the verifier has proved). A
-//! function that read the flip-flop of a step reads a function of the new flip-flops instead; the D function of a new flip-flop is the sum of the D
-//! functions of the steps whose code has a 1 there. A step without its own flip-flop is listed in [`Logic::decoded`], so that proofs and traces can
-//! see it. Unused codes, and situations that contradict a group, are listed in [`Logic::unreachable`]: the minimiser uses them as don't-cares.
+//! A group is a set of steps, at most one of which is active in every reachable situation (a sequential component that the verifier has proved). A function
+//! that read the flip-flop of a step reads a function of the new flip-flops instead; the D function of a new flip-flop is the sum of the D functions of the
+//! steps whose code has a 1 there. A step without its own flip-flop is listed in [`Logic::decoded`], so that proofs and traces can see it. Unused codes, and
+//! situations that contradict a group, are listed in [`Logic::unreachable`]: the minimiser uses them as don't-cares.
 //!
 //! The choice of codes decides how wide the sums are. Steps that follow each other, or that occur together in a function, should have codes that
 //! differ in few bits. So the first assignment is an embedding that weights these pairs, improved by exchanging codes; then exchanges are judged by
@@ -25,7 +25,7 @@ use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Function, Logic, Node,
 use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Steps of which at most one is active.
+/// Steps that are never active together.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
     /// The base name of the new flip-flops.

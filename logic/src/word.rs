@@ -285,7 +285,7 @@ fn aligned(builder: &mut Builder, a: &Word, b: &Word) -> (Vec<NodeId>, Vec<NodeI
     (bring(a), bring(b))
 }
 
-/// Arithmetic. Division by zero gives some value; validation excludes it.
+/// Arithmetic. Division by zero gives an arbitrary value; validation excludes it.
 #[must_use]
 pub fn arith(builder: &mut Builder, op: ArithOp, a: Word, b: Word) -> Word {
     match op {

@@ -155,7 +155,7 @@ fn select(condition: Function, then: Partial, otherwise: Partial) -> Partial {
     free(ExprKind::Select(Box::new(condition), then, otherwise))
 }
 
-/// The element with an index that depends on the row. Like everywhere, an index outside the array reads its first or last element.
+/// The element with an index that depends on the row. As everywhere, an index outside the array reads its first or last element.
 fn element(index: &Function, at: &impl Fn(i64) -> Partial, len: i64) -> Partial {
     let last = len.max(1) - 1;
     (0..last).rev().fold(at(last), |behind, place| {

@@ -95,8 +95,8 @@ impl<'n> Joint<'n> {
         }
     }
 
-    /// What fires in the next round, for each transition that a wire shows, and whether any transition does, if parts show that. Each part decides from its own
-    /// state and the inputs.
+    /// For each transition that a wire shows, whether it fires in the next round; and whether any transition fires, if the parts show this. Each part decides
+    /// from its own state and the inputs.
     fn decisions(&self, input: &InputRow) -> (Vec<i64>, bool) {
         let mut fires = vec![0; self.net.transitions.len()];
         let mut moves = false;
@@ -104,7 +104,7 @@ impl<'n> Joint<'n> {
             if !part.outputs.values().any(|shown| !matches!(shown, Shown::Output(_))) {
                 continue;
             }
-            // What a part decides does not depend on its wires, so any values do here.
+            // The decisions of a part do not depend on its wires, so any values will do here.
             let mut ahead = simulator.clone();
             let row = ahead.step(&own_row(part, input, &fires));
             for (id, shown) in part.outputs.iter() {

@@ -54,7 +54,7 @@ impl<'n> Rows<'n> {
         }
     }
 
-    /// A row of this manner; it satisfies `events exclusive`, but assumptions only by chance.
+    /// A row generated in this manner; it satisfies `events exclusive`, but assumptions only by chance.
     pub(crate) fn any(&mut self, manner: Manner, dt: u32) -> InputRow {
         let mut row = InputRow { dt, values: self.last.values.clone() };
         match manner {

@@ -290,7 +290,7 @@ impl Reaction<'_> {
         matches!(self.net.steps[state].kind, StepKind::Leaf | StepKind::Final)
     }
 
-    /// A top-level final state ends its chart: the exit lists run in exit order, and X keeps the final situation, also during this [C20].
+    /// A top-level final state ends its chart: the exit lists run in exit order, and X keeps the final situation even while they run [C20].
     fn end_chart(&mut self, part: PartId) {
         let net = self.net;
         let chart = self.tables.ranks.chart_of(part);

@@ -106,7 +106,7 @@ pub(super) fn draw(
         }));
     }
     items.extend(frame(program, &var_names, &macros, &shared, top, bodies));
-    // The chart needs another name than the function: `build --target c` writes NAME.c, which must not overwrite the source file.
+    // The chart needs a different name from the function: `build --target c` writes NAME.c, which must not overwrite the source file.
     let function = &program.functions[program.entry].def.name;
     let name = Name::new(format!("{function}_chart"), function.span);
     let chart = Chart {

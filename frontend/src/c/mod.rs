@@ -22,9 +22,8 @@
 //! 5. `draw`: the graph becomes a macro, calls become macro-steps; `frame` adds the file variables and the start of the function; `library`
 //!    writes the C text of code that the net cannot express.
 //!
-//! **Time.** Each step lasts one reaction, so each iteration of a loop takes at least one reaction. The chart computes the same as the
-//! function as long as the behaviour of the function is defined. If it is undefined in C (a signed overflow, an index outside its array),
-//! the chart saturates.
+//! **Time.** Each step lasts one reaction, so each iteration of a loop takes at least one reaction. The chart computes the same results as the function if the
+//! behaviour of the function is defined. If it is undefined in C (a signed overflow, an index outside its array), the chart saturates.
 
 mod ast;
 mod calls;

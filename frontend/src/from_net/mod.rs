@@ -127,7 +127,7 @@ fn refuse(net: &Net, findings: &mut Vec<Diagnostic>) {
     let written = written(net);
     for output in net.outputs.values() {
         let Driver::Stored(var) = output.driver else { continue };
-        // Lowering stores only the outputs that a list assigns. Any other output has no memory that could be read or have an initial value.
+        // Lowering stores only the outputs that a list assigns. Any other output has no memory, so it cannot be read or have an initial value.
         if !written.contains(&var) {
             findings.push(cannot(
                 format!("the stored output `{}`, which is never assigned", output.name),

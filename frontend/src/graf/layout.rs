@@ -34,8 +34,8 @@ fn newline(flat: &'static str) -> Doc {
     Doc::hardline().flat_alt(flat)
 }
 
-/// Joins pieces with blanks, or with a line break if the next piece would leave less than `reserve` columns free. Each piece but the last
-/// ends with `between`; each but the first begins with `lead`.
+/// Joins pieces with blanks, or with a line break if the next piece would leave fewer than `reserve` columns free. Each piece but the last ends with `between`;
+/// each but the first begins with `lead`.
 pub(super) fn fill(
     pieces: &[String],
     between: &'static str,

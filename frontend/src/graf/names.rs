@@ -105,7 +105,7 @@ pub(crate) fn name(text: &str, position: Position) -> String {
     if inner.is_empty() { "`_`".to_owned() } else { format!("`{inner}`") }
 }
 
-/// The name of a device: plain also with `-` between words and numbers, as in `atf1504-plcc44`.
+/// The name of a device: without backquotes even if it contains `-` between words and numbers, as in `atf1504-plcc44`.
 pub(crate) fn device(text: &str) -> String {
     let is_number = |part: &str| !part.is_empty() && part.bytes().all(|one| one.is_ascii_digit());
     let is_plain = |part: &str| is_word(part) || is_number(part);

@@ -88,8 +88,8 @@ impl Writer<'_> {
         wide(format!("{before}{}", text.trim_end())).append(broken())
     }
 
-    /// Called before an item whose head is from `start` to `inner`. Writes the comments before and inside the head on lines of their own,
-    /// and keeps a blank line of the source before the item.
+    /// Called before an item whose head extends from `start` to `inner`. Writes the comments before and inside the head on lines of their own, and keeps a
+    /// blank line of the source before the item.
     pub(super) fn before(&mut self, start: u32, inner: u32) {
         self.flush(start);
         self.keep_blank(start);

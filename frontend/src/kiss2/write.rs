@@ -4,7 +4,7 @@ use super::{Machine, Trit};
 use itertools::Itertools as _;
 use std::fmt::Write as _;
 
-/// A name as a single word of the format, without blanks or `#`, and different from words with a meaning.
+/// A name as a single word of the format, without blanks or `#`, and distinct from words with a special meaning.
 fn word(name: &str) -> String {
     let text: String =
         name.chars().map(|c| if c.is_whitespace() || c == '#' { '_' } else { c }).collect();

@@ -183,7 +183,7 @@ impl List<'_, '_> {
         }
     }
 
-    // Each instruction returns the missing part, and the help.
+    // Each instruction method returns the missing part and the help text.
 
     fn load(&mut self, token: Token, is_negated: bool) -> Option<(&'static str, &'static str)> {
         self.accumulator = self.operand(token).ok()?;

@@ -7,7 +7,7 @@ pub(super) enum Value {
     Any,
     /// `true`, `false`, `1` or `0`.
     Boolean,
-    /// A Boolean of which only false is supported.
+    /// A Boolean; only false is supported.
     False,
     /// One of these words; the first is the default. The number is how many of them are supported, counted from the first.
     Word(&'static [&'static str], usize),

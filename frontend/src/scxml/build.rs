@@ -696,7 +696,7 @@ fn assigns(acts: &[Act], array: &str) -> bool {
     })
 }
 
-/// Collects the arrays of which an expression reads an element.
+/// Collects the arrays whose elements an expression reads.
 fn note_arrays(expr: &Expr, out: &mut BTreeSet<String>) {
     if let ExprKind::Element(Leaf::Name(path), _) = &expr.kind
         && let Some(name) = path.names.first()

@@ -18,7 +18,7 @@ const TOO_LARGE: &str = "write a number from -2147483648 to 2147483647";
 /// The data model of a document, which decides the expression syntax.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Language {
-    /// `null`: `In('s')` alone.
+    /// `null`: only `In('s')`.
     Null,
     /// `ecmascript`, also the default.
     Ecmascript,

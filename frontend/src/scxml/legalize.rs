@@ -67,7 +67,7 @@ fn note(message: &str) -> Diagnostic {
     Diagnostic::note(codes::SCXML_CANNOT_WRITE, message.to_owned())
 }
 
-/// Collects the transitions of some items, including those inside states.
+/// Collects the transitions of the given items, including those inside states.
 fn transitions<'c>(items: &'c [Item], out: &mut Vec<&'c Transition>) {
     for item in items {
         match item {

@@ -22,7 +22,7 @@ use crate::graf::parser::Findings;
 
 /// The default range of a number.
 const DEFAULT: (i64, i64) = (-32_768, 32_767);
-/// Rounds of the iteration, after which every bound that still changes becomes that of [`DEFAULT`].
+/// Number of rounds of the iteration, after which every bound that still changes becomes that of [`DEFAULT`].
 const ROUNDS: usize = 12;
 
 /// The kind of a value: number or Boolean.
@@ -72,7 +72,7 @@ pub(super) struct Var {
     /// One initial value, or one for each element.
     pub(super) init: Vec<Value>,
     pub(super) is_array: bool,
-    /// Whether it is an array of which some element is assigned.
+    /// Whether it is an array with an element that is assigned.
     pub(super) is_assigned: bool,
     pub(super) range: Option<(i64, i64)>,
     pub(super) role: Role,
@@ -632,8 +632,8 @@ impl Data {
                 }
             })
             .collect();
-        // Bounds first follow the assignments. Bounds that still change after some rounds go to their extremes; if even that does not
-        // converge (chains longer than the number of rounds), the range becomes the default range.
+        // Bounds first follow the assignments. Bounds that still change after several rounds go to their extremes; if even that does not converge (chains
+        // longer than the number of rounds), the range becomes the default range.
         for round in 0..3 * ROUNDS {
             let mut is_settled = true;
             for (index, value) in &assigned {

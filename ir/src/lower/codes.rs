@@ -122,7 +122,7 @@ codes! {
     DEADLINE = "G0255", "deadline outside a split";
     /// A transition leaves and enters the same step, which stays active, although the step has an effect on entry or exit.
     STAYS_ACTIVE = "G0256", "step that stays active";
-    /// Two consecutive steps pulse the same action, which gives one pulse only.
+    /// Two consecutive steps pulse the same action, which gives only one pulse.
     ONE_PULSE = "G0257", "single pulse for two consecutive steps";
     /// A source transition activates a step of a chart that has an initial step, and no step is deactivated.
     SOURCE_ADDS = "G0258", "transition that leaves no step";

@@ -14,7 +14,7 @@
 //! assert!(findings.is_empty());
 //! assert_eq!(net.unwrap().steps.len(), 1);
 //! ```
-// A variant that a pass forgets is a miscompile.
+// If a pass forgot a variant, the net would be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
 mod beginnings;

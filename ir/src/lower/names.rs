@@ -285,7 +285,7 @@ impl<'a> Lowering<'a> {
             .map_err(|unknown| self.report_unknown(scope, &path.names, &unknown))
     }
 
-    /// Looks up names that would be declared like this, as in `step`.
+    /// Looks up names that this keyword, such as `step`, would declare.
     pub(super) fn wanting<T>(
         &mut self,
         wanted: &'static str,

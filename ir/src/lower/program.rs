@@ -8,9 +8,9 @@
 //!                                        end       controlled actions, tasks, timers, outputs
 //! ```
 //!
-//! Stable evolution wraps check and fire into one [`Stmt::Repeat`]; statecharts add their queues to its condition. Where semantics.md requires an order,
-//! the program has a sequence; where it requires earlier values, the program reads cells before they are stored, or temporaries set before. Values that
-//! are never read are not created: a step whose time is not read has no counter, a policy without competition has no ages, and so on (`needs`).
+//! Stable evolution wraps check and fire in one [`Stmt::Repeat`]; statecharts add their queues to its condition. Where semantics.md requires an order, the
+//! program has a sequence; where it requires earlier values, the program reads cells before they are stored, or temporaries set before. Values that are never
+//! read are not created: a step whose time is not read has no counter, a policy without competition has no ages, and so on (`needs`).
 //!
 //! The program of the reset is not part of the result: it is made in the same way and executed once ([`crate::program_run`]), and only its results are kept, as
 //! constants.
@@ -24,7 +24,7 @@
 //! | `change` | the next situation: enclosing steps, forcing, restart (NEXT and FIRE of §3.9) |
 //! | `grafcet` | the evolution outside statecharts |
 //! | `statechart` | the evolution of statecharts, with their `tree`, their `queues`, the `order` of their actions, and the states that they leave and `enter` |
-//! | `frame` | what surrounds the evolution of a Grafcet chart, for code that makes the evolution itself |
+//! | `frame` | what surrounds the evolution of a Grafcet chart, for code that organises the evolution itself |
 //! | `pieces` | the parts of a statechart's reaction, for code that arranges them differently |
 //! | `ending` | the end of a reaction (§3.8) |
 //! | `share` | one timer for steps that exclude each other |

@@ -1,4 +1,4 @@
-//! The qualifiers of actions, of IEC 61131-3, as data: one row for each.
+//! The action qualifiers of IEC 61131-3 as data: one row for each.
 //!
 //! A new qualifier is a variant of [`Qualifier`] and a row of `ROWS`, with variants of [`ActionPart`] for what it stores. All readers and writers of charts,
 //! the memory of the block in all engines, lints and random tests read the rows. The meaning is implemented once in each of the simulator, the program and
@@ -42,7 +42,7 @@ struct Row {
     qualifier: Qualifier,
     /// The standard's letters.
     letters: &'static str,
-    /// Whether it has a duration, and its part of the block a timer.
+    /// Whether it has a duration, and its part of the block has a timer.
     is_timed: bool,
     /// When the action can run because of it.
     runs: Runs,
@@ -59,7 +59,7 @@ enum Runs {
     WithStep,
     /// In single reactions, when its step becomes active.
     AtEntry,
-    /// In single reactions, also when its step is no longer active.
+    /// In single reactions, even when its step is no longer active.
     AtExit,
     /// Until a reset.
     Stored,
@@ -164,7 +164,7 @@ impl Qualifier {
 }
 
 impl ActionPart {
-    /// The name of the part: letters, and after a hyphen which of several bits it is (`DS`, `DS-held`).
+    /// The name of the part: the letters of its qualifier, with a suffix for a second bit (`DS`, `DS-held`).
     #[must_use]
     pub fn name(self) -> &'static str {
         let mut all = ROWS.iter().flat_map(|row| row.stores);

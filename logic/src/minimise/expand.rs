@@ -291,7 +291,7 @@ impl<'a> Growth<'a> {
                 }
             }
         }
-        // Rows as sets of parts of which at least one must not be raised; an output that a row already shares does not help.
+        // Rows as sets of parts, at least one of which must not be raised; an output that a row already shares does not help.
         let (wi, stride) = (self.wi, self.stride);
         let mut sets: Vec<Vec<u64>> = Vec::new();
         for row in self.rows.chunks_exact(stride) {

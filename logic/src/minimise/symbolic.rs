@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// A small sum for all outputs together if exactly one of the inputs in `field` is always true. It is true on `on`, false on `off`, free elsewhere and wherever
-/// none or several of those inputs are true. `function` must be the same function; the result is compared with it. `known` is a sum of it that may serve as a
+/// none or several of those inputs are true. `function` must be the same function; the result is compared with it. `known` is a sum for it that may serve as a
 /// start. `None` if `function` is different, or if `on` and `off` contradict each other.
 ///
 /// # Errors

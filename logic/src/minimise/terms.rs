@@ -16,7 +16,7 @@ pub struct Shape {
     wi: usize,
     /// The number of words of outputs.
     wo: usize,
-    /// The inputs of which exactly one is always true: the first of them, and their number.
+    /// The one-hot field, in which exactly one input is always true: the first of its inputs, and their number.
     one_hot: (usize, usize),
 }
 
@@ -33,8 +33,8 @@ impl Shape {
         }
     }
 
-    /// The same shape with a one-hot field: a run of inputs of which exactly one is always true. Products have no positive literals there; they contain
-    /// the values whose input has no negative literal. The field is one multi-valued variable.
+    /// The same shape with a one-hot field: a run of inputs, exactly one of which is always true. Products have no positive literals there; they contain the
+    /// values whose input has no negative literal. The field is one multi-valued variable.
     pub(super) fn with_one_hot(self, field: Range<usize>) -> Self {
         Shape { one_hot: (field.start, field.len()), ..self }
     }

@@ -5,7 +5,7 @@
 //! SHL(x, 3)        (x band 31) shl 3                        in a BYTE
 //! x.3 := b         x band 247 bor (if b then 8 else 0)
 //! ```
-//! AND, OR and XOR are exact, as all operators in an expression; an assignment wraps the result around. NOT, SHL and rotations need the width of a type.
+//! AND, OR and XOR are exact, like all operators in an expression; an assignment wraps the result around. NOT, SHL and rotations need the width of a type.
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::ErrorReported;

@@ -340,7 +340,7 @@ impl Elaborator<'_> {
         Ok(Value::of_num(a.exact(op, &b), span))
     }
 
-    /// An operation of which at least one operand is a time.
+    /// An operation in which at least one operand is a time.
     fn arithmetic_of_times(&mut self, op: Op, a: Value, b: Value, span: Span) -> Outcome<Value> {
         match (&a.kind, &b.kind) {
             (Kind::Time(Time::Constant(x)), Kind::Time(Time::Constant(y))) => {

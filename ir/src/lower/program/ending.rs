@@ -219,8 +219,8 @@ impl Builder<'_> {
         controlled.q
     }
 
-    /// Pass (1) of §3.5, and the bodies that passes (2) and (3) run. The actions that are `plain` are Boolean functions of step bits that nothing but their
-    /// own bodies uses; no value is named for them.
+    /// Pass (1) of §3.5, and the bodies that passes (2) and (3) run. Q of an action that is `plain` is a Boolean function of step bits, and only the body of
+    /// this action uses it; no value is named for it.
     pub(super) fn action_controls(
         &mut self,
         is_plain: impl Fn(ActionId) -> bool,

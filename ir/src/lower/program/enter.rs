@@ -147,7 +147,7 @@ impl Builder<'_> {
         self.begin_sequence();
         let watched =
             IdMap::build(&net.steps, |step, _| self.needs.watched[step] && !self.simultaneous);
-        // Entry conditions are read several times, also after step bits have changed.
+        // Entry conditions are read several times, even after step bits have changed.
         let mut enters = IdMap::filled(&net.steps, Expr::bool(false));
         for (step, data) in net.steps.iter() {
             let any = Expr::or(entries.states[step].iter().cloned());

@@ -159,7 +159,7 @@ impl Builder<'_> {
         self.hoisted.clear();
     }
 
-    /// Ends the sequence: puts the copies that must be read before it in front.
+    /// Ends the sequence: places the copies that must be made before it in front of it.
     pub(super) fn end_sequence(&mut self, sequence: Vec<Stmt>) -> Vec<Stmt> {
         let mut all = std::mem::take(&mut self.hoisted);
         all.extend(sequence);

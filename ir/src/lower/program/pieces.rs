@@ -1,7 +1,7 @@
 //! The reaction of a statechart in pieces, for code that organises the evolution itself.
 //!
-//! [`super::program`] writes every choice and every step bit as straight-line code. A back end that keeps one state variable for each region and jumps on
-//! it needs the same lists, receptivities, queues and ends of reactions, but not that code: this module provides the pieces, made by the same builder.
+//! [`super::program`] writes every choice and every step bit as straight-line code. A back end that keeps one state variable for each region and branches on it
+//! needs the same lists, receptivities, queues and ends of reactions, but not that code: this module provides the pieces, made by the same builder.
 //!
 //! ```text
 //! before
