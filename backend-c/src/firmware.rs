@@ -41,7 +41,8 @@ pub fn stored_bytes(ty: Type) -> usize {
     }
 }
 
-/// The `main` of some charts, which respond one after the other. Compile it with the package's sources and a port (see the module), without `NAME_user.c`.
+/// The `main` of one or more charts, which respond one after the other. Compile it with the package's sources and a port (see the module), without
+/// `NAME_user.c`.
 ///
 /// If there are several charts, their prefixes must differ ([`crate::Options::prefix`]), and their sources must be wrapped by [`renamed`], because libraries
 /// may have functions with equal names.

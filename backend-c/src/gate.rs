@@ -39,8 +39,8 @@ pub(crate) fn refusal(net: &Net) -> Option<Diagnostic> {
         )
     });
     let code = net.c_texts().first().map(|span| {
-        let what = "C text, which may do anything".to_owned();
-        (what, *span, "leave out `--gate`, or write the text as assignments")
+        let what = "C code, which may do anything".to_owned();
+        (what, *span, "leave out `--gate`, or write the code as assignments")
     });
     let (what, span, help) = condition.or(action).or(code)?;
     Some(

@@ -27,7 +27,7 @@ impl Layout<'_> {
             Node::directive(format!("#define {upper}_EXIT_CRITICAL() ((void)0)")),
             Node::directive("#endif"),
             Node::blank(),
-            Node::comment("A state variable has an impossible value: the memory was corrupted. The usual answer is a restart."),
+            Node::comment("A state variable has an impossible value: the memory was corrupted. The usual response is a restart."),
             Node::directive(format!("#ifndef {upper}_BAD_STATE")),
             Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
             Node::directive("#endif"),

@@ -14,8 +14,7 @@ use grafsynth_ir::net::Net;
 /// The style of the emitted code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Style {
-    /// The best style for the chart: `Switch`, with tables where they pay, otherwise `Bits`. For a statechart, `Switch` uses a variable for each
-    /// region.
+    /// The best style for the chart: `Switch`, with tables if they pay off, otherwise `Bits`. For a statechart, `Switch` uses a variable for each region.
     #[default]
     Auto,
     /// A `switch` over a state variable for each sequential component, never tables.
@@ -32,7 +31,7 @@ pub enum Style {
     Program,
 }
 
-/// What is known about a style.
+/// The properties of a style.
 pub(crate) struct Row {
     style: Style,
     /// The name on the command line.
@@ -49,7 +48,7 @@ pub(crate) struct Row {
     pub(crate) emit: fn(&Request<'_>) -> Result<Emitted, Vec<Diagnostic>>,
 }
 
-/// What a style gets.
+/// The input of a style.
 pub(crate) struct Request<'n> {
     pub(crate) net: &'n Valid<Net>,
     pub(crate) facts: &'n Facts,
@@ -57,7 +56,7 @@ pub(crate) struct Request<'n> {
     pub(crate) options: &'n Options,
 }
 
-/// What a style makes.
+/// The result of a style.
 pub(crate) struct Emitted {
     pub(crate) program: StyleOutput,
     /// What the requested style does not support; empty if it was used.

@@ -41,7 +41,7 @@ pub struct Placement {
 pub struct PinName {
     /// The pin, from 1.
     pub pin: u32,
-    /// Its name as the user wrote it, without a sign of negation.
+    /// Its name as the user wrote it, without a negation sign.
     pub name: String,
     /// True if the user's signal is the complement of the level at the pin.
     pub is_inverted: bool,

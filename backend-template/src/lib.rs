@@ -1,8 +1,8 @@
 //! Output in languages defined by the user: a stable JSON of a net ([`json`]), and templates that are rendered over it ([`render`]).
 //!
 //! The JSON contains the net (steps, transitions, conditions as trees) and, ready to be printed statement by statement, the program of one reaction
-//! (`grafsynth_ir::lower::program`): a template that prints it computes exactly the reaction of the chart. `docs/net-json.md` and `docs/templates.md` are
-//! for their users.
+//! (`grafsynth_ir::lower::program`): a template that prints it computes exactly the reaction of the chart. `docs/net-json.md` and `docs/templates.md` describe
+//! both for users.
 //!
 //! ```
 //! use grafsynth_backend_template::{Template, json, render};

@@ -103,7 +103,7 @@ fn is_modest(name: &str, arguments: &[Value]) -> bool {
         let names = value.try_iter().into_iter().flatten();
         names.filter_map(|name| value.get_item(&name).ok()).all(|value| is_number(&value))
     };
-    // `"%5d"` contains its number in the text.
+    // A format such as `"%5d"` contains a number in its text.
     let is_short = |text: &str| text.split(|c: char| !c.is_ascii_digit()).all(|it| it.len() < 5);
     let text = arguments.first().and_then(Value::as_str).filter(|_| name == "format");
     text.is_none_or(is_short)
@@ -152,7 +152,7 @@ fn with_near_name(
 
 /// The error of the template engine as a diagnostic.
 fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
-    // The innermost cause describes the error; the outer ones only that it occurred in a macro.
+    // The innermost cause describes the error; the outer ones only report that it occurred in a macro.
     let mut innermost = error;
     let mut next = std::error::Error::source(error);
     while let Some(source) = next {
@@ -169,7 +169,7 @@ fn finding(error: &Error, template: &Template<'_>) -> Diagnostic {
         return Diagnostic::error(codes::TEMPLATE_REFUSED, message).at(span, "refused here");
     }
     if innermost.kind() == ErrorKind::OutOfFuel {
-        let message = format!("the template takes more than {FUEL} instructions");
+        let message = format!("the template executes more than {FUEL} instructions");
         return Diagnostic::error(codes::TEMPLATE_ENDLESS, message)
             .at(span, "the limit was reached here")
             .help("end the loop earlier, or loop over a list of the chart");

@@ -1,8 +1,8 @@
 //! Expressions whose result depends on the order of evaluation, which C leaves open (C99 6.5p2, p3).
 //!
-//! Two operands are *unsequenced* if no sequence point lies between them: the operands of `+`, the arguments of a call, an object and the index in it. It is an
-//! error if one of them writes what the other may read or write, as in `a[i] = i++`; that is undefined. It is also an error if one calls a function that may
-//! write what the other reads or writes, as in `f() + g()`: the calls do not overlap, but either may be first.
+//! Two operands are *unsequenced* if no sequence point is between them: the operands of `+`, the arguments of a call, an array and its index. It is an error if
+//! one of them writes what the other may read or write, as in `a[i] = i++`; that is undefined. It is also an error if one calls a function that may write what
+//! the other reads or writes, as in `f() + g()`: the calls do not overlap, but either may be first.
 //!
 //! The check is on the safe side: it also rejects `i = (i++, i)`, where a sequence point within an operand makes the order clear.
 //!

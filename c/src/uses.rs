@@ -139,7 +139,7 @@ pub struct Uses {
     pub reads: Vec<Site>,
     /// Assignments to the object or to a part of it. Initialisation does not count.
     pub writes: Vec<Site>,
-    /// Occurrences that take the address of the object or of a part of it; also a function's name that is not called.
+    /// Occurrences that take the address of the object or of a part of it, and occurrences of a function's name that do not call it.
     pub addresses: Vec<Site>,
     /// Calls of the function.
     pub calls: Vec<Site>,

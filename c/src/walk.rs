@@ -165,7 +165,7 @@ pub fn full_exprs<'a>(stmt: &'a Stmt, look: &mut dyn FnMut(Full<'a>)) {
     }
 }
 
-/// Calls `look` for each declaration, also within `extern "C"`.
+/// Calls `look` for each declaration, including those within `extern "C"`.
 pub fn each_item<'a>(items: &'a [Item], look: &mut dyn FnMut(&'a Item)) {
     for item in items {
         look(item);

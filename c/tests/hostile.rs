@@ -1,4 +1,4 @@
-//! Texts that would crash a reader if nesting and expansion were not bounded. They must be read with a small stack, and in a time proportional to their size.
+//! Texts that would crash a reader if nesting and expansion were not bounded. They must be read with a small stack, and in time proportional to their size.
 
 use crate::{code, good, read};
 use grafsynth_c::{Config, print};

@@ -14,7 +14,7 @@ fn each_example_triggers_its_code() {
         let fence = page.split_once("\n```c").expect("an example in C").1;
         let (_, rest) = fence.split_once('\n').expect("a fence");
         let text = rest.split_once("\n```").expect("the end of the example").0;
-        // The page of a limit shows a small text; what exceeds it would not be readable.
+        // The page of a limit shows a small text, because a text that exceeds the limit would not be readable.
         let text = text.replace("/* and so on, 300 times */", &"(".repeat(300));
         assert_eq!(code(&text, &Config::host()), known.id);
     }

@@ -367,7 +367,7 @@ impl Builder {
             if own.is_empty() {
                 continue;
             }
-            // A label precedes a statement.
+            // A label must precede a statement.
             let mut body: Vec<Stmt> = body.iter().map(|recipe| self.stmt(recipe)).collect();
             if matches!(body.first().map(|it| &it.kind), Some(StmtKind::Define { .. })) {
                 body.insert(0, StmtKind::Block(Vec::new()).into());
@@ -440,7 +440,7 @@ impl Builder {
         }
     }
 
-    /// The expression of a statement: an effect there is always in order.
+    /// The expression of a statement: an outermost side effect never depends on the order of evaluation.
     fn top(&mut self, value: &Value) -> Expr {
         let effects = std::mem::replace(&mut self.has_effects, true);
         let is_effect = matches!(
@@ -589,7 +589,7 @@ impl Builder {
             }
             Spot::At(pointer, index) => {
                 let (pointer, index) = (self.expr(pointer), self.expr(index));
-                // An element of an array is another place.
+                // An element of an array is a different place.
                 if matches!(pointer.kind, ExprKind::Decay(_)) {
                     return byte;
                 }

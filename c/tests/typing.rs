@@ -92,7 +92,7 @@ fn constants_are_computed_in_the_width_of_their_type() {
         assert_eq!(value(expr, &Config::host()), on_host, "{expr} on the host");
         assert_eq!(value(expr, &Config::avr()), on_avr, "{expr} on the AVR");
     }
-    // Overflow and shifts by too much are undefined, so they have no value.
+    // Overflow and shifts by too many bits are undefined, so they have no value.
     for expr in ["INT_MAX + 1", "1 / 0", "1 << 16", "-1 << 1"] {
         assert_eq!(
             code(&format!("{HEAD}enum {{ A = {expr} }};"), &Config::avr()),

@@ -32,7 +32,7 @@ impl Bound {
             while !seen.load(Ordering::Relaxed) {
                 if resident().is_some_and(|now| now.saturating_sub(before) > LIMIT) {
                     let gib = LIMIT >> 30;
-                    stop(&format!("error[{code}]: {work} takes more than {gib} GiB of memory\n"));
+                    stop(&format!("error[{code}]: {work} needs more than {gib} GiB of memory\n"));
                 }
                 if since.elapsed() > TIME {
                     stop(&format!("error[{code}]: {work} takes more than {} s\n", TIME.as_secs()));

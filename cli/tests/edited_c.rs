@@ -72,7 +72,7 @@ fn an_edit_without_an_effect_is_proved() {
     let (exit, text) = compare(folder.path());
     assert_eq!(exit, Some(0), "{text}");
     assert!(text.contains("proved by induction") && !text.contains("press_stop"), "{text}");
-    // Either order, and another place of the map.
+    // Files in either order, and the map in another place.
     fs::rename(folder.path().join("out/press.map.json"), folder.path().join("m.json")).unwrap();
     let (exit, text) =
         run(folder.path(), &["compare", "out/press.c", "press.graf", "--map", "m.json"]);
@@ -184,7 +184,7 @@ fn what_is_undefined_or_unreadable_is_not_proved() {
 fn an_edit_outside_the_scope_of_the_proof_is_open() {
     let line = "    out->down = self->work;";
     for (file, from, to) in [
-        // Another header than the one that the C includes.
+        // A header other than the one that the C includes.
         ("out/press.h", "bool start;\n    bool stop;", "bool stop;\n    bool start;"),
         // A macro that callers see.
         ("out/press.h", "#ifdef __cplusplus", "#define stop start\n#ifdef __cplusplus"),
@@ -193,7 +193,7 @@ fn an_edit_outside_the_scope_of_the_proof_is_open() {
         // Lines that some compilers join.
         ("out/press.c", line, "    // what??/\n    out->down = self->work;"),
         ("out/press.c", line, "    // x \\ \n    out->down = self->work;"),
-        // Data and promises that the emitted text does not have.
+        // Data and qualifiers (`restrict`) that the emitted text does not have.
         (
             "out/press.c",
             line,

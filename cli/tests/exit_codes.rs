@@ -342,7 +342,7 @@ fn each_verb_has_the_same_codes() {
         }
         fs::write(folder.join("damaged.hex"), lines.join("\n")).expect("it is written");
     }
-    // A fuse map with vectors that its fuses fail.
+    // A fuse map whose fuses fail its test vectors.
     let (made, said) = run(folder, "build", "good.graf --target jedec --stimulus good.csv -o out");
     assert_eq!(made, Some(0), "{said}");
     let map = fs::read_to_string(folder.join("out/good.jed")).expect("the fuse map");

@@ -50,7 +50,7 @@ fn all_files_are_written_or_none() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let out = folder.path().join("out");
     fs::create_dir(&out).expect("it is made");
-    // A file in place of a folder of the last package.
+    // A file in place of the folder of the last package.
     fs::write(out.join("lamp-platformio"), "mine\n").expect("it is written");
     let run = build(folder.path(), &["--target", "c", "--package", "plain,arduino,platformio"]);
     assert_eq!(run.status.code(), Some(2), "{}", String::from_utf8_lossy(&run.stderr));

@@ -18,7 +18,7 @@ fn drawn(design: &Design, words: bool) -> String {
     svg(&layout(design, &Options { words, ..Options::default() }).expect("it is there"))
 }
 
-/// Why a drawing is not the drawing of the chart.
+/// Why a drawing does not match the chart.
 fn difference(design: &Design, vocabulary: &Vocabulary, svg: &str) -> Option<String> {
     let read = match reader::read(svg) {
         Ok(read) => read,
@@ -210,7 +210,7 @@ fn spoiled_drawings_are_noticed() {
             let is_link =
                 line.starts_with("<line class=\"l\"") || line.starts_with("<line class=\"b\"");
             let is_text = line.starts_with("<text x");
-            // Each chart begins with another line, and not every line is tried.
+            // Only every ninth line is tried; the first one differs from chart to chart.
             if !is_link && !is_text || !(index + svg.len()).is_multiple_of(9) {
                 continue;
             }

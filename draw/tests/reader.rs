@@ -375,7 +375,7 @@ impl Reader {
         groups
     }
 
-    /// What the ends of a group of links touch.
+    /// The objects that the ends of a group of links touch.
     fn net(&mut self, group: &[Line], steps: &[Rect], bars: &[Line]) -> Result<Net, String> {
         let mut net = Net::default();
         let ends: BTreeSet<(i64, i64)> = group.iter().flat_map(Line::ends).collect();
@@ -432,7 +432,7 @@ impl Reader {
         names: &[String],
         transitions: &mut [Transition],
     ) -> Result<(), String> {
-        // Alternatives only below steps and above steps: several links meet at a transition only at a double line.
+        // Alternatives are only below steps and above steps: several links meet at a transition only at a double line.
         for net in nets {
             let is_transition = |end: &End| matches!(end, End::Transition(_));
             if net.sources.len() > 1 && net.sinks.iter().any(is_transition)

@@ -11,7 +11,7 @@ use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-/// What a statechart says: each state with its kind, and everything else as a canonical text.
+/// The contents of a statechart: each state with its kind, and everything else as a canonical text.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Meaning {
     states: BTreeMap<Vec<String>, String>,
@@ -45,7 +45,7 @@ fn written(item: Item) -> String {
     canonical(&text[start..end]).expect("it was written")
 }
 
-// ---- what the chart says ----
+// ---- the contents of the chart ----
 
 /// A state or history, or nothing (`None`) for a region without a name.
 struct Known {
@@ -91,7 +91,7 @@ fn know(state: &State, around: &[String], known: &mut Vec<Known>) {
     known.push(Known { path });
 }
 
-/// The full path of the state that a path means: the one that shares most with the scope.
+/// The full path of the state that a path refers to: of the possible ones, the one with the longest prefix in common with the scope.
 fn resolved(path: &Path, scope: &[String], known: &[Known]) -> Vec<String> {
     let names: Vec<&str> = path.names.iter().map(|name| name.text.as_str()).collect();
     let is_meant = |it: &&Known| {
@@ -248,7 +248,7 @@ fn default(
     out.fact(written(Item::Transition(one)));
 }
 
-// ---- what the drawing says ----
+// ---- the contents of the drawing ----
 
 #[derive(Debug, Default)]
 struct Drawing {
@@ -458,7 +458,7 @@ fn areas(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Area>, String> {
         let left = left.map(|it| it.x).min().unwrap_or(0);
         for index in texts {
             let text = &drawing.texts[index];
-            // A drawing may have several states inside of this one that have texts above the line, but not in this box.
+            // Texts outside of this box, and those below its last line, belong to other states.
             if !is_inside((text.x, text.y)) || text.y > last || used[index] {
                 continue;
             }
@@ -550,7 +550,7 @@ fn region_texts(drawing: &Drawing, areas: &mut [Area], used: &mut [bool]) {
 #[derive(Debug)]
 struct Circle {
     at: (i64, i64, i64),
-    /// Nothing for the dot of a default.
+    /// Empty for the dot of a default.
     kind: &'static str,
     name: String,
     remarks: String,
@@ -944,7 +944,7 @@ fn all_charts() -> Vec<(String, Design)> {
     let mut charts = Vec::new();
     for file in files {
         let extension = file.extension().and_then(|it| it.to_str()).unwrap_or_default();
-        // Mistakes have transitions without ends.
+        // The examples of mistakes contain transitions without ends.
         if !["graf", "scxml"].contains(&extension)
             || file.components().any(|it| it.as_os_str() == "mistakes")
         {

@@ -59,6 +59,6 @@ pub(crate) fn unit_of(package: &Package, config: &Config) -> Result<Unit, String
     let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config });
     unit.ok_or_else(|| {
         let why = found.into_iter().next().map_or_else(String::new, |it| it.message);
-        format!("the text is not C that can be read: {why}")
+        format!("the text cannot be read as C: {why}")
     })
 }

@@ -118,7 +118,7 @@ pub fn form(net: &Net, facts: &Facts, logic: &Logic, busy: BusyMode) -> Option<S
                 format!("because it is not proved that {micro_steps} always enough")
             }
             BusyMode::WhenUnproved | BusyMode::WhenTooLarge => {
-                "because one clock for all would be too large".to_owned()
+                "because a circuit that runs all of them in one clock would be too large".to_owned()
             }
         };
         return Some(format!("one micro-step per clock with `busy`, {why}"));

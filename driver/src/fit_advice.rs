@@ -130,7 +130,7 @@ fn advice(asked: &BuildContext<'_>, device: &'static Device) -> String {
     {
         Some(by_hand) => format!("{tried}; {by_hand}"),
         None => format!(
-            "{tried}; split the chart, or build for `palasm` or `cupl`, which leave pins open"
+            "{tried}; split the chart, or build for `palasm` or `cupl`, which leave pins unassigned"
         ),
     }
 }

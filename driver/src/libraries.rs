@@ -84,7 +84,7 @@ impl Reading<'_> {
                         );
                         ("does not exist", help)
                     } else {
-                        let help = "it must be a text below the folder of the chart; --root DIR allows another folder";
+                        let help = "it must be a text file below the folder of the chart; --root DIR allows another folder";
                         ("cannot be read", help.to_owned())
                     };
                     let message = format!("the library file `{}` {what}", import.file);

@@ -258,7 +258,7 @@ fn unplaced(
                 part(other.part),
                 chain.join(", ")
             );
-            let found = Diagnostic::error(APART, message).help("remove one of the places");
+            let found = Diagnostic::error(APART, message).help("remove one of the placements");
             written_at(written_at(found, one.span), other.span)
         }
         Unplaced::NeedsCpu(place, reason) => {
@@ -268,7 +268,7 @@ fn unplaced(
                 part(place.part)
             );
             let found = Diagnostic::error(codes::NO_PARTITION, message)
-                .help("place it on the CPU, or remove the place");
+                .help("place it on the CPU, or remove the placement");
             written_at(found, place.span)
         }
         Unplaced::Conflict(conflict) => {

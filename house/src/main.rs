@@ -1,9 +1,9 @@
-//! Measures the structure of the sources: `scripts/house` prints each figure with its bound, and fails beyond a bound.
+//! Measures the structure of the sources: `scripts/house` prints each figure with its bound, and fails if a figure exceeds its bound.
 //!
 //! - **Code lines**: lines with at least one token, without comments, doc comments and tests (`tests` folders and files, items under `#[cfg(test)]`).
 //! - **Long functions**: functions of more than [`LONG`] lines, from the signature to the closing brace.
-//! - **Circles**: sets of files of one crate that name items of each other. Two things do not count: items of a file's own parents, and
-//!   re-exported items of its children.
+//! - **Circles**: sets of files of one crate that name each other's items. Two things do not count: items of a file's own parents, and re-exported items of its
+//! children.
 //! - **Listed variants**: lines that begin with `| Type::Variant`. They are acceptable if a forgotten variant would make the output wrong.
 //! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, that should be queries on data.
 
@@ -54,7 +54,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of driver", 12_950),
     ("code lines of all crates", 176_200),
     ("functions above 80 lines", 99),
-    ("circles of files", 0),
+    ("dependency cycles of files", 0),
     ("lines that list variants", 599),
     ("text tests on emitted C", 3),
 ];
@@ -183,14 +183,14 @@ impl Measured {
         }
     }
 
-    /// The sets of files that name items of each other, each as one line.
+    /// The sets of files that name each other's items, each as one line.
     fn circles(&self) -> Vec<String> {
         let mut graph = DiGraph::new();
         let nodes: BTreeMap<&Vec<String>, NodeIndex> =
             self.modules.keys().map(|module| (module, graph.add_node(module))).collect();
         for (module, names) in &self.names {
             for name in names {
-                // The longest beginning of the path that is a module.
+                // The longest prefix of the path that is a module.
                 let target = (0..=name.len()).rev().find_map(|n| nodes.get(&name[..n].to_vec()));
                 if let (Some(&from), Some(&to)) = (nodes.get(module), target)
                     && !module.starts_with(graph[to])

@@ -140,11 +140,11 @@ fn too_long(row: usize, input: &InputRow) -> Box<Diagnostic> {
     let error = Diagnostic::error(
         codes::DT_ON_CHIP,
         format!(
-            "with row {row} (dt {}) the stimulus takes more than {MAX_CLOCKS} clocks of a chip, one for each tick",
+            "with row {row} (dt {}) the stimulus needs more than {MAX_CLOCKS} clocks on a chip, one for each tick",
             input.dt
         ),
     );
-    Box::new(error.help("use a smaller `dt`, or run the stimulus on an engine that takes a row in one reaction (`ir`, `c`)"))
+    Box::new(error.help("use a smaller `dt`, or run the stimulus on an engine that runs each row as one reaction (`ir`, `c`)"))
 }
 
 #[cfg(test)]

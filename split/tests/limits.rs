@@ -112,7 +112,7 @@ fn impossible_nodes_and_sets_are_conflicts() {
     }
 }
 
-/// As when real fits fail: each answer is forbidden, until nothing is left. The values rise, and each placement comes once.
+/// As if real fits failed, each answer is forbidden, until none is left. The values never decrease, and each placement is found once.
 #[test]
 fn forbidding_each_answer_enumerates_all_placements() {
     for are_decisions in [true, false] {

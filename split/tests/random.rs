@@ -65,7 +65,7 @@ fn random_problems_have_the_optimum_of_all_placements() {
     assert!(feasible > 150 && infeasible > 60, "{feasible} feasible, {infeasible} infeasible");
 }
 
-/// A conflict is infeasible, without any one of its constraints it is not, and its amounts are the least.
+/// Checks that a conflict is infeasible, that it is feasible without any one of its constraints, and that its amounts are the minimum.
 fn check_conflict(problem: &Problem, conflict: &Conflict) {
     assert!(conflict.is_minimal && !conflict.fights.is_empty(), "{conflict:?}: {problem:?}");
     let kept: Vec<_> = conflict.fights.iter().map(|fight| fight.constraint).collect();
@@ -87,7 +87,7 @@ fn check_conflict(problem: &Problem, conflict: &Conflict) {
     }
 }
 
-/// The problem with only these constraints; what is not allowed costs and uses nothing if that may be.
+/// The problem with only these constraints. If the constraint that forbids a part is left out, a node on that part costs and uses nothing.
 fn with_only(problem: &Problem, kept: &[Constraint]) -> Problem {
     let mut rest = problem.clone();
     for (node, data) in rest.nodes.iter_mut().enumerate() {
@@ -119,7 +119,7 @@ fn with_only(problem: &Problem, kept: &[Constraint]) -> Problem {
     rest
 }
 
-/// The least use of what a constraint limits, over all placements that fit.
+/// The minimum, over all placements that fit, of the usage that a constraint limits.
 fn amount(problem: &Problem, constraint: Constraint) -> Option<u64> {
     let mut assignment = vec![0; problem.nodes.len()];
     let mut least = None;
@@ -137,7 +137,7 @@ fn amount(problem: &Problem, constraint: Constraint) -> Option<u64> {
     }
 }
 
-/// Each alternative is what the evaluation of the moved placement says.
+/// Checks that each alternative equals the evaluation of the moved placement.
 fn check_alternatives(problem: &Problem, assignment: &[PartIndex]) {
     let table = alternatives(problem, assignment).expect("well-formed");
     for (node, row) in table.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Problems of known optimum, up to thousands of nodes.
+//! Problems with known optima, up to thousands of nodes.
 
 use crate::common::series;
 use grafsynth_split::solve::{Limits, Outcome, evaluate, improve, solve};

@@ -359,7 +359,7 @@ pub fn check(drawn: &Drawn, unit: usize, compiler: &Compiler) {
     else {
         return;
     };
-    // A program that ended does not report where it was.
+    // A program that aborts does not report which chart it was running.
     let alone = unit.iter().find_map(|it| Some((*it, run(&[it], compiler)?.1)));
     let (chart, why) = alone.unwrap_or((unit[at], why));
     let small = shrink(&chart.net, |net| difference(net, chart, compiler).is_some());

@@ -1,4 +1,4 @@
-//! C as a file beside a map: the map says what the back end says, and executing the tree of emitted C shows no difference from the chart, but damaged C does.
+//! C files with a map: the map agrees with the back end; executing the tree of emitted C shows no difference from the chart, and executing damaged C shows one.
 
 use grafsynth_backend_c::{Options, Style, emit};
 use grafsynth_driver::edited_c::{CMap, CText, EditedC, edited};
@@ -11,7 +11,7 @@ use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, OpenReason, facts};
 
-/// The files of emitted C as texts, and its map; `None` if the style does not support the net or does not say how it holds the state.
+/// The files of emitted C as texts, and its map; `None` if the style does not support the net or does not report how it stores the state.
 fn written(net: &Valid<Net>, facts: &Facts, options: &Options) -> Option<(Vec<CText>, CMap)> {
     let package = emit(net, facts, options).ok()?;
     let map = CMap::of(net, &package, options)?;
@@ -152,7 +152,7 @@ fn long_and_deep_code_has_an_answer() {
     }
 }
 
-/// The product of two unsigned numbers of 64 bits wraps, whatever its size; that of two signed ones may only overflow if it does.
+/// The product of two unsigned 64-bit numbers wraps, whatever its size; that of two signed ones is undefined only if it overflows.
 #[test]
 fn products_of_constants_of_64_bits_are_exact() {
     let most = "UINT64_C(18446744073709551615)";

@@ -152,7 +152,7 @@ fn branches_between_a_fork_and_a_join_are_proved() {
     }
 }
 
-/// What the invariants of branches exclude is not excluded where another transition leaves or enters a branch.
+/// If another transition leaves or enters a branch, the invariants of the branches do not apply and exclude nothing.
 #[test]
 fn a_text_that_is_wrong_only_in_a_broken_fork_is_not_proved() {
     let chart_of = |more: &str| {
@@ -208,7 +208,7 @@ fn features_of(net: &Net) -> Vec<&'static str> {
     all.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
 }
 
-/// The share of charts with all features of Grafcet whose C is proved; the rest stays open, which is no error.
+/// The share of charts with all features of Grafcet whose C is proved; the rest stays open, which is not an error.
 #[test]
 fn most_charts_of_all_features_are_proved() {
     let base = Features {
@@ -234,7 +234,7 @@ fn most_charts_of_all_features_are_proved() {
         "{n_proved} of {n_all} charts are proved; the median has {} steps; {n_with:?}",
         sizes[sizes.len() / 2]
     );
-    // A few charts tell nothing about shares.
+    // A few charts are too few for proportions.
     if n_all >= 100 {
         assert!(n_proved * 10 >= n_all * 8, "{n_proved} of {n_all}");
         assert!(n_with.len() == 7 && n_with.values().all(|n| n * 10 >= n_all), "{n_with:?}");
@@ -350,7 +350,7 @@ void own_step(";
         let edited = changed(&package, "own.c", old, new);
         assert!(proved(&net, &edited).is_err(), "{new}");
     }
-    // A wrong answer of a query, one that changes the instance, none, and wrong values after reset.
+    // A query with a wrong answer, one that changes the instance, a missing one, and wrong values after reset.
     let head = "static inline bool own_active_slow(const own_t *self)";
     let edited = changed(
         &package,
@@ -375,7 +375,7 @@ void own_step(";
     assert!(proved(&net, &edited).is_err(), "the reset");
 }
 
-/// Calls of lists, of steps, of tasks and during an emergency; conditions that an edge, a receptivity and an action read.
+/// Calls from lists, steps and tasks, and during an emergency; conditions that an edge, a receptivity and an action read.
 const CALLS: &str = "chart calls {
     tick 10 ms
     evolution single
@@ -409,7 +409,7 @@ fn with_source(package: &Package, text: &str) -> Package {
     edited
 }
 
-/// All changes of one line of `own.c`: a call that is lost, made twice, made with another argument or after the next one; a condition that is asked twice.
+/// All changes of one line of `own.c`: a call that is lost, made twice, made with another argument or after the next one; a condition that is called twice.
 fn wrong_calls(package: &Package) -> Vec<String> {
     let text = &package.files.iter().find(|file| file.name == "own.c").expect("a file").text;
     let lines: Vec<&str> = text.lines().collect();

@@ -146,7 +146,7 @@ fn no_mutant_that_differs_is_called_proved() {
     assert!(count(Fate::Missed) * 50 <= mutants.len(), "the test detects nearly all of them");
 }
 
-/// Limits that all charts but the gravel plant stay far below; that one exceeds also the usual ones.
+/// Limits that all charts except the gravel plant stay far below; the gravel plant exceeds even the usual limits.
 fn few() -> Limits {
     Limits { pairs: 100_000, ..Limits::default() }
 }
@@ -244,7 +244,7 @@ pub(crate) fn difference(net: &Valid<Net>, mutant: &Package) -> Option<String> {
     })
 }
 
-/// Directed runs from reset, with other random numbers than those of the check.
+/// Directed runs from reset, with random numbers other than those of the check.
 fn directed(net: &Valid<Net>) -> Vec<Stimulus> {
     let mut stimuli = Vec::new();
     let mut directed = Directed::new(net, 77, MAX_DT);

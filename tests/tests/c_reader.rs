@@ -290,7 +290,7 @@ fn mutated(text: &str, random: &mut Random) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// The word, or the sign, at a position.
+/// The word, or the single character, at a position.
 fn word(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
     let is_word =
         |at: usize| bytes.get(at).is_some_and(|it| it.is_ascii_alphanumeric() || *it == b'_');

@@ -352,7 +352,7 @@ fn charts_that_differ_are_refuted() {
 fn equal_charts_are_proved() {
     let wanted = rounds(4, 100) as usize;
     let is_whole = wanted >= 100;
-    // For a few pairs the limits are low: the test must be fast, and no shares are measured.
+    // For a few pairs the limits are low: the test must be fast, and no proportions are measured.
     let limits = if is_whole {
         Limits::default()
     } else {

@@ -1,5 +1,5 @@
-//! Splits run as they are built: the C of the part on the CPU with that of its link, and the chips fuse by fuse, wired as the link says, give the rows of the
-//! chart. A pin that is wired wrongly is found.
+//! Splits run as they are built: the C of the part on the CPU with that of its link, and the chips fuse by fuse, wired as the link specifies, give the rows of
+//! the chart. A pin that is wired wrongly is detected.
 
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
@@ -42,7 +42,7 @@ fn parts() -> [RequestedPart; 2] {
     [part("chip", "gal22v10"), part("cpu", "atmega328p")]
 }
 
-/// A split with each group on a random part; `None` if the net cannot be split so.
+/// A split with each group on a random part; `None` if the net cannot be split in this way.
 fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
     let groups = together(net).ok()?;
     let mut random = Random::new(seed ^ 0xc0_51);
@@ -79,7 +79,7 @@ fn difference(net: &Valid<Net>, split: Split, seed: u64) -> Result<Option<String
     }
 }
 
-/// Swaps the pins of two inputs in what the link is told; the fuses stay as they are.
+/// Swaps the pins of two inputs in the data for the link; the fuses do not change.
 fn crossed(mut split: Split) -> Option<Split> {
     let signals = &mut split.parts[0].built.chips.first_mut()?.signals;
     let inputs: Vec<usize> = (0..signals.len())

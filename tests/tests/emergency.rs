@@ -246,7 +246,7 @@ fn small() -> Features {
 #[test]
 fn emergencies_of_random_nets_dominate() {
     let (mut n_circuits, mut n_open, mut n_properties) = (0, 0, 0);
-    // The facts are not the subject; a net whose states are not visited soon is often too large for the usual limits too.
+    // This test is not about the facts; a net whose states cannot be enumerated quickly is often too large for the usual limits too.
     let limits = Limits { pairs: 20_000, states: 2_000, image_work: 500_000, ..Limits::default() };
     for seed in 0..rounds(150, 1_000) {
         // Half of the nets are small and have few features, so that many of them become circuits.

@@ -60,7 +60,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
             let steps = &mut facts.components[at].steps;
             steps.remove(random.below(steps.len()));
         }
-        // A component with one step more.
+        // A component with one additional step.
         2 => {
             let at = (0..n_components).find(|at| facts.components[*at].always)?;
             let inside = facts.components[at].steps.clone();
@@ -69,7 +69,7 @@ fn mutated(mut facts: Facts, net: &Net, kind: usize, random: &mut Random) -> Opt
         }
         // A component that may be empty, marked as always active.
         3 => facts.components.iter_mut().find(|component| !component.always)?.always = true,
-        // An invariant with another count.
+        // An invariant with a different count.
         4 => facts.invariants.first_mut()?.count += 1,
         // A step and a transition that are wrongly marked as unreachable.
         5 => {
@@ -365,8 +365,8 @@ fn forked(seed: u64, damage: bool) -> String {
     text
 }
 
-/// The invariants that reach through forks: no run speaks against them, also where transitions were added that break some of them; and without such transitions,
-/// each step is in one.
+/// The invariants that reach through forks: no run contradicts them, even if transitions were added that break some of them; and without such transitions, each
+/// step is in one.
 #[test]
 fn invariants_of_forks_hold_in_every_run() {
     let (mut n_whole, mut n_kept) = (0, 0);

@@ -133,9 +133,9 @@ fn live_fuses(burned: &Burned, layout: &Layout) -> Vec<u32> {
 enum Effect {
     /// The device cannot be decoded or is no longer a synchronous circuit.
     Broken,
-    /// Another value after power-up.
+    /// A different value after power-up.
     PowerUp,
-    /// Another output or next state in a reachable situation.
+    /// A different output or next state in a reachable situation.
     Behaviour,
     /// No reachable effect.
     Hidden,

@@ -1,4 +1,4 @@
-//! Links between the parts of a division: those of random divisions are one round, spoiled ones are refused, and their C does what the acts say.
+//! Links between the parts of a division: the check accepts those of random divisions and rejects damaged ones, and their C performs the acts.
 
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
@@ -88,7 +88,7 @@ impl Case {
     }
 }
 
-/// Links that are spoiled on purpose, with what was done.
+/// Links that are damaged on purpose, each with a description of the damage.
 fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)> {
     let mut all = Vec::new();
     let acts = |change: &dyn Fn(&mut Vec<Act>)| {
@@ -267,7 +267,7 @@ fn value_of(net: &Net, input: usize) -> i64 {
     lo + (5 + 7 * i64::try_from(input).expect("it is there")) % (hi - lo + 1)
 }
 
-/// A program that prints the accesses of one round, and what the acts say that it prints.
+/// A program that prints the accesses of one round, and the output that follows from the acts.
 fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
     let net = &case.net;
     let part = &case.division.parts.last().expect("it is there").net;
@@ -430,7 +430,7 @@ fn write(folder: &Path, case: &Case, request: &Request<'_>, made: &Link) {
 const STRICT: [&str; 7] =
     ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror"];
 
-/// Compiles; `false` if the compiler is not here.
+/// Compiles; `false` if the compiler is not available.
 fn compiles(compiler: &str, flags: &[&str], folder: &Path, what: &str) -> bool {
     let Some(program) = tools::find(&[compiler]) else {
         println!("skipped: no {compiler}");

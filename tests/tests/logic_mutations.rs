@@ -312,7 +312,7 @@ fn fate(subject: &Subject, text: &str) -> Fate {
     }
 }
 
-/// Directed runs from reset, with other random numbers than those of the check.
+/// Directed runs from reset, with random numbers other than those of the check.
 fn directed(net: &Valid<Net>) -> Vec<Stimulus> {
     let mut stimuli = Vec::new();
     let mut directed = Directed::new(net, 77, 1);

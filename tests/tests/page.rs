@@ -36,7 +36,8 @@ fn node_is_here() -> bool {
     is_here
 }
 
-/// The first row in which the trace of the page is not the simulator's, byte for byte; `None` if there is none. What follows an open cell is not compared.
+/// The first row in which the trace of the page is not the simulator's, byte for byte; `None` if there is none. Rows from the first open cell on are not
+/// compared.
 fn difference(net: &Valid<Net>, stimulus: &Stimulus, page: &str) -> Option<String> {
     let expected = net_trace(net, stimulus);
     let determined = expected.rows.iter().take_while(|row| row.open.is_empty()).count();

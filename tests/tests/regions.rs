@@ -352,7 +352,7 @@ fn random_statecharts_with_history() {
                 let small = shrink(&net, |net| again(net).is_some());
                 panic!("seed {seed}, {busy:?}: {:?}\n{}", again(&small), readable(&small));
             }
-            // With the registers as numbers, some step would differ if the claims of groups about a region were wrong.
+            // If the data about the groups of a region were wrong, some step would differ when the registers are numbers.
             let is_busy = logic.outputs.values().any(|output| output.role == PinRole::Busy);
             if !is_busy {
                 let groups = coding::groups(&net, &facts, &logic);

@@ -39,7 +39,7 @@ fn an_output_that_only_n_drives_becomes_continuous_unless_something_tells_the_di
     assert!(becomes_continuous(&with("", "q if x", "q if not y", "x")));
     // A variable that only transitions write has its final value when the actions run.
     assert!(becomes_continuous(&with("var v: bool", "q if v; exit { v := not v }", "", "x")));
-    // Another qualifier.
+    // A different qualifier.
     assert!(!becomes_continuous(&with("", "set q", "q", "x")));
     assert!(!becomes_continuous(&with("", "q pulse", "", "x")));
     assert!(!becomes_continuous(&with("", "q after 20 ms", "", "x")));

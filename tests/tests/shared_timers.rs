@@ -1,8 +1,8 @@
 //! Steps that exclude each other share a timer: random timed charts run as programs, circuits and C with shared timers, and behave like the simulator.
 //!
-//! The charts contain the cases that such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps with
-//! different thresholds, also in the order in which a small one follows a large one; transitions, outputs and lists that read the time of an inactive step;
-//! stable evolution, forcing and enclosing steps.
+//! The charts contain the cases that such a register could get wrong: a step that is left and re-entered in one micro-step, with and without `restart`; steps
+//! with different thresholds, including a small one that follows a large one; transitions, outputs and lists that read the time of an inactive step; stable
+//! evolution, forcing and enclosing steps.
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]
 
 use grafsynth_driver::coding::{Encoding, EncodingChoice, Timed, code_timed, groups};

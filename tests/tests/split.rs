@@ -1,4 +1,4 @@
-//! Divided nets: the parts, joined by their wires, give the rows of the whole net, and the proof says so. Wrong divisions are not proved.
+//! Divided nets: the parts, joined by their wires, give the rows of the whole net, and this is proved. Wrong divisions are not proved.
 //!
 //! `SPLIT_NETS=5000 cargo test -p grafsynth-tests split::` runs more; `SPLIT_SEED=77` runs one net and prints it.
 
@@ -17,7 +17,7 @@ use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Apart, Joined, Limits, RoundFacts, joined, structural_facts};
 
-/// The owners when each group lies on a random part.
+/// The owners if each group is on a random part.
 fn owners(net: &Net, groups: &Groups, parts: usize, random: &mut Random) -> Owners {
     let of: Vec<usize> = groups
         .groups
@@ -63,7 +63,7 @@ fn difference(net: &Valid<Net>, division: &Division, seed: u64) -> Option<String
     let mut joint = Joint::new(net, division);
     let zero = InputRow { dt: 0, ..InputRow::zero(net) };
     let compare = |at: usize, wanted: &grafsynth_sim::Row, given: &grafsynth_sim::Row| {
-        // Which conditions are called is no column of a trace: an operand of an edge that nobody reads is not copied.
+        // Calls of conditions have no column in a trace and may differ: an operand of an edge that nobody reads is not copied.
         let effects = |row: &grafsynth_sim::Row| {
             let mut all = row.effects.clone();
             all.retain(|effect| !matches!(effect, grafsynth_sim::Effect::Condition(_)));
@@ -131,7 +131,7 @@ pub(crate) fn stable_features(seed: u64) -> Features {
 /// The verdict about a division, if the reactions of the net end.
 fn proof(net: &Valid<Net>, division: &Division) -> Verdict<Joined, Apart> {
     let facts = structural_facts(&round_of(net).expect("a valid net has a round"));
-    // What is equal by construction needs no solver; a hard question is given up soon.
+    // Parts that are equal by construction need no solver; hard questions are abandoned early.
     let limits = Limits { conflicts: 2_000, ..Limits::default() };
     joined(net, RoundFacts { facts: &facts, ends: true }, division, false, &limits)
 }
@@ -193,7 +193,7 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     }
 }
 
-/// What a chart shows, its steps and transitions, and rows: the only input, and the situation after the row.
+/// The purpose of a chart, its steps and transitions, and its rows: the only input, and the situation after the row.
 type RoundCase = (&'static str, &'static str, &'static [(i64, &'static str)]);
 
 /// The charts of semantics §12 on which a simpler rule for the rounds of `stable` fails.
@@ -264,7 +264,7 @@ fn rounds_end_when_no_part_moves_and_have_one_time_and_one_event() {
                 assert_eq!(names.join(" "), *wanted, "{what}, division {seed}, row {}", at + 1);
             }
             assert!(matches!(proof(&net, &parts), Verdict::Proved(_)), "{what}, division {seed}");
-            // A part that may rely on the assumption would take the second round for impossible.
+            // A part that may rely on the assumption would treat the second round as impossible.
             assert!(parts.parts.iter().all(|part| part.net.properties.is_empty()), "{what}");
         }
         assert!(n_wires > 0, "{what}: nothing was divided");

@@ -1,7 +1,7 @@
-//! The partition of a split is the best of all that really fit: each partition of small random nets is built, and the search finds none that is worse, claims
-//! no bound that one of them breaks, and finds a partition wherever there is one.
+//! The partition of a split is the best of all partitions that really fit: each partition of small random nets is built, and the search finds none that is
+//! worse, claims no bound that one of them breaks, and finds a partition if there is one.
 //!
-//! `SPLIT_GROUPS=12` takes larger nets.
+//! `SPLIT_GROUPS=12` uses larger nets.
 
 #![allow(clippy::disallowed_methods, reason = "the environment defines how large the nets are")]
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
@@ -74,7 +74,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
                 Request { parts: &parts, places, objective, fits, stem, options: &options };
             split(&net, &request)
         };
-        // Each group of a partition that is built is placed, so nothing is chosen.
+        // All groups of this partition are already placed, so the search has no choice.
         let mut best: Option<i64> = None;
         for bits in 0..1u64 << n_groups {
             let Some(places) = places(&groups, bits) else { continue };
@@ -95,7 +95,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
             (Ok(found), None) => panic!("{} fits, but none should: {}", found.value, place()),
             (Err(why), Some(best)) => panic!("{best} fits, but {why:?}: {}", place()),
         }
-        // After few fits the bound is still one.
+        // Even after few fits, the bound is valid.
         if let (Ok(early), Some(best)) = (split(&[], 1), best) {
             assert!(early.value >= best && early.bound <= best, "{}", place());
         }

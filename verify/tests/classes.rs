@@ -28,7 +28,7 @@ fn ring(settings: &str, receptivity: impl Fn(usize) -> String) -> String {
     text + "}\n"
 }
 
-/// The situations are enumerated with this number of reactions, and not with one less.
+/// The situations are enumerated with this number of reactions, and not with one fewer.
 fn takes(text: &str, pairs: u64) {
     let net = net(text);
     let by = |pairs: u64| {

@@ -59,7 +59,7 @@ fn condition(net: &Net, random: &mut Random) -> PropertyExpr {
     if random.below(4) == 0 { condition.not() } else { condition }
 }
 
-/// A random net with some more asserts.
+/// A random net with a few more asserts.
 fn asserting(seed: u64, features: &Features) -> Option<Valid<Net>> {
     let mut net = Net::clone(&random_net(seed, features));
     let mut random = Random::new(seed ^ 0x5eed);

@@ -90,7 +90,7 @@ fn the_lift_is_proved() {
     let logic = encoded(&net, BusyMode::Always).expect("a circuit");
     let verdict = by_induction(&net, &structural_facts(&net), &logic, &Limits::default());
     assert!(matches!(verdict, Verdict::Proved(_)), "{verdict:?}");
-    // Flip-flops with another value after power-up: never proved if a row shows it.
+    // Flip-flops with a different value after power-up: never proved if a row shows it.
     let mut n_wrong = 0;
     for flop in logic.flops.ids().step_by(8) {
         let mut wrong = logic.clone();
@@ -117,7 +117,7 @@ fn kinds() -> [Features; 2] {
     ]
 }
 
-/// One node with another function.
+/// One node with a different function.
 fn mutant(logic: &Logic, random: &mut Random) -> Logic {
     let mut wrong = logic.clone();
     let nodes: Vec<_> = logic.nodes.ids().collect();
@@ -151,7 +151,7 @@ fn mutant(logic: &Logic, random: &mut Random) -> Logic {
 #[test]
 fn circuits_are_proved_and_wrong_ones_are_not() {
     let n: u64 = std::option_env!("VERIFY_NETS").and_then(|n| n.parse().ok()).unwrap_or(4);
-    // A few circuits take nearly all the time of all others.
+    // A few large circuits would take nearly all of the time, so they are left out.
     let largest = rounds(1_000, 12_000) as usize;
     let mut open: BTreeMap<String, u32> = BTreeMap::new();
     let (mut n_proved, mut n_mutants, mut n_wrong) = (0, 0, 0);

@@ -127,8 +127,8 @@ impl CExpr {
     }
 }
 
-/// A sum or difference without the constants that sdcc 4.2 takes for an 8051 as others: of a 64-bit constant whose low 32 bits are 0, it adds only the highest
-/// byte; of one whose low 32 bits are 1, it subtracts only these. The other operator with the negated constant is correct.
+/// A sum or difference without the constants for which sdcc 4.2 generates wrong code on an 8051: if the low 32 bits of a 64-bit constant equal 0, it adds only
+/// the highest byte; if they equal 1, it subtracts only these bits. The other operator with the negated constant is correct.
 fn with_safe_constant(op: ArithOp, a: CExpr, b: CExpr) -> (ArithOp, CExpr, CExpr) {
     let negated = |it: &CExpr, low: i64| {
         let is_wrong =

@@ -118,7 +118,7 @@ struct Region {
     end: usize,
     /// The stack depth at its end; for `UNLESS` that at its start.
     depth: usize,
-    /// The maximum rounds, multiplied with those of all enclosing loops.
+    /// The maximum rounds, multiplied by those of all enclosing loops.
     rounds: u32,
 }
 

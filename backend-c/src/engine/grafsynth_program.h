@@ -23,7 +23,7 @@ extern "C" {
 /* The sizes of an instance, and its parameters. */
 typedef struct {
     uint32_t interface; /* identifies inputs, outputs and functions: names, types, order */
-    uint32_t rounds;    /* the maximum for a loop, multiplied with the rounds of the loops around it */
+    uint32_t rounds;    /* the maximum for a loop, multiplied by the rounds of the loops around it */
     uint16_t inputs;    /* and answers of extern conditions */
     uint16_t outputs;
     uint16_t calls;

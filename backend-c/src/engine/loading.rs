@@ -11,7 +11,7 @@ use crate::style_output::{Engine, EngineFile, Member};
 use grafsynth_ir::net::VarId;
 use std::collections::BTreeMap;
 
-/// What the text depends on.
+/// The data that the text depends on.
 pub(super) struct Loading<'a> {
     /// The names of the chart.
     pub(super) names: &'a Names,
@@ -54,7 +54,7 @@ impl Loading<'_> {
         )
     }
 
-    /// The image and the memory, with notes on what the three contain.
+    /// The members for the image, the bits and the values, with a note on the contents of each.
     pub(super) fn instance(&self, notes: [&str; 3]) -> Vec<Member> {
         let upper = &self.names.upper;
         vec![

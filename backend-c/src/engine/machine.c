@@ -22,7 +22,7 @@ static uint16_t gc_many(GS_ROM uint8_t *image, uint8_t kind) GS_ON_STACK;
 
 typedef struct {
 /* wide: */
-    uint32_t rounds; /* maximum, multiplied with those of all enclosing loops */
+    uint32_t rounds; /* maximum, multiplied by those of all enclosing loops */
 /* :wide */
     uint16_t end;
     uint8_t kind;  /* the instruction that opened it */

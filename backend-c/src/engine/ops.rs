@@ -205,12 +205,12 @@ instructions! {
     SetBit "SET_BIT" Wide Store Of(Bit), 1 0, "stores into a bit of the instance";
     SetFlag "SET_FLAG" Wide Store Of(Flag), 1 0, "stores into a bit of the reaction";
     SetNumber "SET_NUMBER" Wide Store Of(Number), 1 0, "stores into a number of the reaction";
-    SetElement "SET_ELEMENT" Wide Store Of(Cell), 2 0, "stores the top at the index below it; saturates; nothing if the element does not exist";
+    SetElement "SET_ELEMENT" Wide Store Of(Cell), 2 0, "stores the top at the index below it; saturates; does nothing if the element does not exist";
     Output "OUTPUT" Wide Store Of(Output), 1 0, "sets an output";
     Fault "FAULT" Wide Store NONE, 1 0, "sets the fault flag";
     Ask "ASK" Wide Service Of(Input), 0 0, "evaluates an extern condition, so that INPUT can read it";
-    Call "CALL" Wide Service Operand::Call, 0 0, "calls an extern action; its arguments are all values on the stack, which it takes";
-    Text "TEXT" Wide Service Of(Text), 0 0, "runs a text of the user";
+    Call "CALL" Wide Service Operand::Call, 0 0, "calls an extern action; its arguments are all values on the stack, which it pops";
+    Text "TEXT" Wide Service Of(Text), 0 0, "runs a block of user code";
     Fired "FIRED" Wide Service Of(Fired), 0 0, "records that a transition fires";
     Micro "MICRO" Wide Service NONE, 0 0, "records that a micro-step begins";
     AndThen "ANDTHEN" Wide Control Length, 1 0, "if the top is false, keeps it and skips the code that it contains; else drops it";

@@ -359,7 +359,7 @@ fn services(
         }
         let (parameters, arguments) = parameters(names, net, &cases);
         functions.extend(switch(
-            "Runs a text of the chart.",
+            "Runs a code block of the chart.",
             format!("static void {prefix}_text({parameters}uint16_t number)"),
             "number",
             cases,

@@ -1,4 +1,4 @@
-//! The check of whole images, like those of the C engines: what they refuse is refused here for the same reason, with the place and a description.
+//! Checks whole images as the C engines do: an image that they reject is rejected here for the same reason, with the location and a description.
 
 use super::check::{Bounds, Damage, Flaw, check_code};
 use super::image::{
@@ -34,7 +34,7 @@ pub struct Room {
     pub texts: u32,
     /// Programs: the transitions that a trace ring records.
     pub fired: u32,
-    /// Programs: the maximum for a loop, multiplied with the rounds of the loops around it.
+    /// Programs: the maximum for a loop, multiplied by the rounds of the loops around it.
     pub rounds: u32,
 }
 

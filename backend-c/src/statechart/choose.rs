@@ -1,10 +1,10 @@
 //! CHECK and the selection of §4, event by event.
 //!
-//! Each region that has transitions on the event determines the first fireable one from the active state outwards (inner-first) or from the outside
-//! inwards (outer-first). If there is only one region, the selection is complete. If there are several, a transition whose source contains a parallel
-//! state is offered only by regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions meet, the inner
-//! one (if neither is, the earlier one) wins: flags record whether something *moved* in a parallel state, and whether something *left* it. Such flags
-//! exist only if a transition on this event leaves a parallel state or has a source that contains one.
+//! Each region that has transitions on the event determines the first fireable one from the active state outwards (inner-first) or from the outside inwards
+//! (outer-first). If there is only one region, the selection is complete. If there are several, a transition whose source contains a parallel state is offered
+//! only by regions that have no fireable transition themselves (they *rest*), and if the exit sets of two transitions intersect, the inner one (if neither is,
+//! the earlier one) wins: flags record whether something *moved* in a parallel state, and whether something *left* it. Such flags exist only if a transition on
+//! this event leaves a parallel state or has a source that contains one.
 
 use super::Emit;
 use super::tables::Row;

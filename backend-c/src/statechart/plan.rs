@@ -12,8 +12,8 @@
 //! ```
 //!
 //! # Numbers of transitions
-//! The transitions out of the states of a region are numbered from 1, so that ranges answer the questions of the selection (§4): first those that exit
-//! nothing, then those that stay in the region, then those that leave it, sorted by how far.
+//! The transitions out of the states of a region are numbered from 1, so that ranges answer the questions of the selection (§4): first those that exit nothing,
+//! then those that stay in the region, then those that leave it, sorted by the number of parallel states that they leave.
 
 use crate::refusal::Refusal;
 use grafsynth_ir::IdMap;

@@ -149,7 +149,7 @@ impl Grow {
     }
 }
 
-/// A random net of some rings, with forks and joins between the first two, and the facts about it.
+/// A random net of a few rings, with forks and joins between the first two, and the facts about it.
 pub(crate) fn random_net(title: &str, seed: u64, flavour: Flavour) -> (Valid<Net>, Facts) {
     let mut b = Build::new(title);
     b.net.settings.policy = flavour.policy;

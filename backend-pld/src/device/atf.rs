@@ -5,7 +5,7 @@ use super::{Clock, DIP_24, Device, Figure, FlipFlop, Macrocell, Polarity, PowerU
 /// The devices of this file.
 pub(super) const DEVICES: &[Device] = &[ATF750C];
 
-/// A macrocell of which only the flip-flop at the pin is used, with all product terms.
+/// A macrocell in which only the flip-flop at the pin is used, with all product terms.
 const fn both(pin: u32, terms: u32) -> Macrocell {
     Macrocell { flip_flops: &[FlipFlop::D, FlipFlop::T], ..cell(pin, terms, terms) }
 }

@@ -162,7 +162,7 @@ const PLCC84: Package = Package {
     jtag: &[14, 23, 62, 71],
 };
 
-/// A device. Its names are those here, in PALASM, of the chip and in CUPL.
+/// A device. Its names are, in this order: our own, that in PALASM, that of the chip, and that in CUPL.
 const fn device(
     [name, palasm, chip, cupl]: [&'static str; 4],
     aliases: &'static [&'static str],

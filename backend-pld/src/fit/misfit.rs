@@ -240,7 +240,7 @@ impl Misfit {
         for homeless in self.modes.iter().take(1).flat_map(|mode| &mode.homeless) {
             finding = finding.at(homeless.meta.span, "does not fit");
         }
-        finding.help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
+        finding.help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins unassigned")
     }
 }
 
@@ -249,7 +249,7 @@ pub(crate) fn by_count(logic: &Logic, device: &Device, lack: &str) -> Diagnostic
     let message = format!("`{}` does not fit one {}: {lack}", logic.name, device.name);
     Diagnostic::error(codes::DOES_NOT_FIT, message)
         .at(logic.name.span, "this chart")
-        .help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins open")
+        .help("use a larger device, split the chart, or build for `palasm` or `cupl`, which leave pins unassigned")
 }
 
 /// The components of a signal's function: the named functions just below it (the firing of transitions), or else the flip-flops that it reads.

@@ -291,7 +291,7 @@ fn pins(logic: &Logic, device: &str) -> Option<Vec<(String, u32)>> {
     Some(emitted.names.into_iter().filter_map(|named| Some((named.name, named.pin?))).collect())
 }
 
-/// The number of common signals that have another pin.
+/// The number of common signals whose pins differ.
 fn n_moved(before: &[(String, u32)], after: &[(String, u32)]) -> usize {
     let is_moved =
         |(name, pin): &&(String, u32)| after.iter().any(|(other, at)| other == name && at != pin);

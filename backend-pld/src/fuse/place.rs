@@ -38,7 +38,7 @@ pub fn place_from(
     }
     let Some(mut placement) = equations.placement() else {
         let message = format!("not every signal has a pin of the {}", equations.device.name);
-        let help = "use a larger device, or build `palasm` or `cupl`, which leave pins open";
+        let help = "use a larger device, or build `palasm` or `cupl`, which leave pins unassigned";
         return Err(vec![Diagnostic::error(codes::CANNOT_HOLD, message).help(help)]);
     };
     placement.part = options.device.as_deref().and_then(|name| equations.device.part(name));

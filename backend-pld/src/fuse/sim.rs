@@ -135,7 +135,7 @@ impl<'a> Chip<'a> {
         Ok(chip)
     }
 
-    /// Cycles the power: flip-flops are 0 again, the levels applied to the pins stay.
+    /// Cycles the power: flip-flops are 0 again; the levels applied to the pins are kept.
     ///
     /// # Errors
     /// If the levels do not settle.

@@ -102,7 +102,7 @@ impl Jedec {
             Diagnostic::error(codes::SEVERAL_DEVICES, message)
                 .at(self.span, "the number of fuses")
                 .help(format!(
-                    "write the name of the device into the head, before the first `*`, as in `Device: {}`",
+                    "write the name of the device in the header, before the first `*`, as in `Device: {}`",
                     names[0]
                 )),
         ))

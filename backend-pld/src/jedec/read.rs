@@ -154,7 +154,9 @@ impl<'a> Reader<'a> {
             );
             let span = self.span(at, at + length);
             self.report(
-                found.at(span, "the sum of the transmission").help("write 0000 to skip the check"),
+                found
+                    .at(span, "the checksum of the transmission")
+                    .help("write 0000 to skip the check"),
             );
             return;
         }
@@ -367,7 +369,7 @@ impl<'a> Reader<'a> {
                 _ => {
                     let (message, help) = if is_hex {
                         (
-                            format!("a hexadecimal digit of four fuses is expected, not `{c}`"),
+                            format!("expected a hexadecimal digit (four fuses), found `{c}`"),
                             "write 0 to 9 or A to F, or get the file from its source again",
                         )
                     } else {

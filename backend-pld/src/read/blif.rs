@@ -227,7 +227,7 @@ impl<'a> Parser<'a, '_> {
                     "a latch of type `{}` is not supported: only rising-edge registers are",
                     kind.0
                 );
-                let help = "write `re` if the rising edge serves as well, or convert the design to rising-edge registers";
+                let help = "write `re` if the rising edge can be used instead, or convert the design to rising-edge registers";
                 self.draft.error_with(codes::UNSUPPORTED, span, message, help);
             } else if kind.0 != "re" {
                 let message = format!("expected the type of the latch, found `{}`", kind.0);

@@ -451,7 +451,7 @@ impl Parser<'_, '_> {
                     codes::SYNTAX,
                     span,
                     format!("expected a pin number, found {}", token.shown()),
-                    "write it as in `PIN 2 = start ;`, or `PIN = start ;` for an open pin",
+                    "write it as in `PIN 2 = start ;`, or `PIN = start ;` for an unassigned pin",
                 );
                 return None;
             };

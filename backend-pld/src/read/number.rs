@@ -95,7 +95,7 @@ pub(crate) fn digits(
     };
     let Some(number) = number else {
         let base = base.unwrap_or(DEFAULT_BASE);
-        let message = format!("expected a number of base {base}, found {}", token.shown());
+        let message = format!("expected a number in base {base}, found {}", token.shown());
         let help = match base {
             16 => {
                 "numbers without a base are hexadecimal; write 'd' before decimal digits, 'b' before binary ones"

@@ -302,7 +302,7 @@ impl<'a> Parser<'a, '_> {
         }
         let start = self.lexer.token.start;
         while !self.lexer.token.is_first && self.lexer.token.kind != Kind::End {
-            // Device names may contain signs: `PAL16R8-7`.
+            // Device names may contain hyphens: `PAL16R8-7`.
             self.lexer.advance();
             if self.lexer.token.start > self.lexer.end {
                 break;
@@ -357,7 +357,7 @@ impl<'a> Parser<'a, '_> {
                 codes::SYNTAX,
                 number_span,
                 format!("expected a pin number or `?`, found {}", number.shown()),
-                "write the number before the name, as in `PIN 2 start`; `?` leaves it open",
+                "write the number before the name, as in `PIN 2 start`; `?` leaves the pin unassigned",
             );
             self.lexer.skip_line();
             return;
@@ -656,7 +656,7 @@ impl<'a> Parser<'a, '_> {
             ("cmbf", Some(_)) => {
                 let message =
                     "`.CMBF` is not supported: a pin is either registered or combinational";
-                let help = "remove the equation, and write `:=` for a register or `=` for none";
+                let help = "remove the equation, and write `:=` for a registered pin or `=` for a combinational one";
                 self.draft.error_with(codes::UNSUPPORTED, suffix_span, message, help);
             }
             ("trst", Some(id)) => enable(self.draft, id, definition),

@@ -449,7 +449,7 @@ impl<'a> Parser<'a, '_> {
         let message = format!("asynchronous reset `{name}` is read as a synchronous one");
         self.draft.report(
             Diagnostic::warning(codes::TAKEN_AS, message)
-                .at(span, "the Verilog acts at once, this circuit with the next clock")
+                .at(span, "the Verilog acts at once, this circuit acts at the next clock")
                 .help(format!(
                     "write `always @(posedge clk)` without `{name}` if the reset lasts for a clock"
                 )),

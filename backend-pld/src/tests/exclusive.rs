@@ -52,7 +52,7 @@ fn a_counter_takes_t_flip_flops_where_there_are_any() {
     let logic = counter(6);
     for (device, wanted) in [("atf1502", 6), ("atf750c", 6), ("gal22v10", 21 + 6)] {
         let made = Equations::new(&logic, Dialect::Cupl, &on(device)).unwrap();
-        // A bit of a D flip-flop keeps its value in as many products as there are conditions for a change, and changes in one.
+        // With a D flip-flop, a bit needs one product per condition for a change to keep its value, and one more to change.
         assert_eq!(
             made.equations.iter().map(|own| own.n_terms()).sum::<usize>(),
             wanted,

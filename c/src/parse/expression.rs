@@ -200,7 +200,7 @@ impl Parser<'_, '_> {
         let height = left.height.max(right.height);
         let (a, b) = (self.value(left)?, self.value(right)?);
         let span = self.since(start);
-        // A chain of one logical operator is one node, which does not grow.
+        // A chain of one logical operator is one node, so its height does not grow.
         let is_chain = match (op, &a.kind) {
             (Infix::Logical(op), ExprKind::Logical(own, _)) => op == *own,
             _ => false,

@@ -107,7 +107,7 @@ fn integers(machine: &Machine, all: &mut Vec<(Source, Symbol)>) {
         for is_signed in [true, false] {
             let sign = if is_signed { "" } else { "u" };
             let kind = machine.exact(bits, is_signed);
-            // The widths of the fast types differ between libraries, so that they are unknown here.
+            // The widths of the fast types differ between libraries, so they are unknown here.
             for word in ["", "_least"] {
                 let lower = format!("{sign}int{word}{bits}");
                 let upper = lower.to_uppercase();

@@ -75,8 +75,8 @@ impl Token<'_> {
     }
 }
 
-/// The length of the longest sign at the start of a text (C99 6.4.6). Digraphs are rejected where they occur, because the two characters of a digraph are a
-/// syntax error as separate tokens.
+/// The length of the longest operator or punctuator at the start of a text (C99 6.4.6). Digraphs are rejected where they occur, because the two characters of a
+/// digraph are a syntax error as separate tokens.
 fn sign(rest: &[u8]) -> Option<usize> {
     match rest {
         [b'<', b'<', b'=', ..] | [b'>', b'>', b'=', ..] | [b'.', b'.', b'.', ..] => Some(3),
@@ -213,7 +213,7 @@ impl<'a> Lexer<'a> {
         let Some(first) = rest.chars().next() else { return (TokenKind::End, "") };
         if first.is_ascii_alphabetic() || first == '_' {
             let length = rest.find(|c: char| !is_word(c)).unwrap_or(rest.len());
-            // A word must not continue behind a spliced line end, where a compiler would join it.
+            // A word must not continue after a spliced line end, because a compiler would join both parts.
             let glued =
                 splice(&rest[length..]).is_some_and(|it| rest[length + it..].starts_with(is_word));
             let kind = if glued { TokenKind::Stray(Stray::Splice) } else { TokenKind::Word };

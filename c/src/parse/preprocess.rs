@@ -222,7 +222,7 @@ impl<'a> Preprocessor<'a> {
             if token.kind != TokenKind::Word {
                 numbers.push(*token);
             } else if text.is_empty() {
-                // Names that are left are 0 (C99 6.10.1p4).
+                // The remaining names are 0 (C99 6.10.1p4).
                 numbers.push(Token { kind: TokenKind::Number, text: "0", ..*token });
             } else {
                 let mut inner = lex(token.span.file, text, &Verbatim::default());

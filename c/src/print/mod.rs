@@ -157,7 +157,7 @@ impl Printer<'_> {
             self.line(&text, if at == 0 { &case.marks.note } else { "" });
         }
         if case.body.is_empty() {
-            // A label precedes a statement, also the last one of a block.
+            // A label must precede a statement, even at the end of a block.
             self.indent += 1;
             self.line(";", "");
             self.indent -= 1;

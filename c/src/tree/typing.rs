@@ -496,12 +496,12 @@ impl Unit {
                 let (a, b) = self.common_pointers(a, b)?;
                 (a, b, Type::INT)
             }
-            _ => return error(format!("`{}` is not an operator of pointers", op.sign())),
+            _ => return error(format!("`{}` is not an operator for pointers", op.sign())),
         };
         Ok(Expr { kind: ExprKind::Binary(op, Box::new(a), Box::new(b)), ty, span })
     }
 
-    /// Two pointers, of which one may be a null pointer constant, as pointers of one type (C99 6.5.9, 6.5.15p6).
+    /// Two pointers, one of which may be a null pointer constant, as pointers of one type (C99 6.5.9, 6.5.15p6).
     fn common_pointers(&self, a: Expr, b: Expr) -> Result<(Expr, Expr), TypeError> {
         let ty = match (&a.ty, &b.ty) {
             (Type::Pointer(_), _) if self.is_null(&b) => a.ty.clone(),

@@ -354,7 +354,7 @@ fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<
             continue;
         }
         let all: Vec<&str> = component.steps.iter().map(name).collect();
-        let least = if component.always { "one" } else { "at most one" };
+        let least = if component.always { "exactly one" } else { "at most one" };
         let are = if active.is_empty() { "none" } else { &active.join(", ") };
         let message = format!(
             "no reaction leads to this state: in each situation, {least} of the steps {} is active, but here {are}",

@@ -104,7 +104,7 @@ fn no_bound(subject: &Subject<'_>, package: &Package, why: &str) -> String {
     let mut text = format!("No time bound: {why}.\n");
     if let Some(n) = package.instructions {
         text += &format!(
-            "\nA reaction runs at most {} of the program; the time of the engine for one instruction was not counted.\n",
+            "\nA reaction runs at most {} of the program; the time that the engine needs for one instruction was not counted.\n",
             counted(n, "instruction", "instructions")
         );
         text += &rounds(subject);
@@ -137,7 +137,7 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
             Way::Joined => "all instances together: the possible values of each member, and the worst case of each event".to_owned(),
             Way::Text => {
                 let why = bound.open.as_ref().map_or_else(String::new, |why| format!(", because {why}"));
-                format!("the text alone, with the most expensive branch of each `if` and `switch`{why}")
+                format!("the C code alone, with the most expensive branch of each `if` and `switch`{why}")
             }
         };
         text += &format!("\nComputed for {}: {how}.", machine.about);

@@ -350,10 +350,8 @@ impl Reader {
             if names.is_empty() {
                 *names = (0..n).map(|column| format!("{letter}{column}")).collect();
             } else if names.len() != n {
-                let message = format!(
-                    "wrong number of names of {what}s: found {}, expected {n}",
-                    names.len()
-                );
+                let message =
+                    format!("wrong number of {what} names: found {}, expected {n}", names.len());
                 let help =
                     format!("write one name for each of the {n} {what}s, or remove the line");
                 let finding = Diagnostic::error(codes::KISS2_SYNTAX, message).at(span, "");

@@ -278,7 +278,7 @@ fn wire(
     let Some(budget) = network.budget.checked_sub(1 + from.range().len() / 64) else {
         let span = reader.span(connection);
         unit.refuse(
-            "a network whose branches meet too often",
+            "a network whose branches merge too often",
             span,
             "assign parts of it to variables",
         );

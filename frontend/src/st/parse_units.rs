@@ -323,7 +323,7 @@ impl Parser<'_> {
                     format!("the connections of instance `{name}` are ignored: the inputs and outputs of its program are those of the design"),
                 )
                 .at(open_at, "ignored from here")
-                .help("assign machine channels on the board")
+                .help("assign pins to the inputs and outputs in a board file")
             });
             let mut open = 1usize;
             while open > 0 && self.kind(0) != Kind::End {

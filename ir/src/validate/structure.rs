@@ -297,7 +297,7 @@ impl Checker<'_> {
             {
                 let (inner_level, outer_level) = (inner.level, outer.level);
                 let message = format!(
-                    "`{name}` has level {inner_level}, the step `{}` that encloses it level {outer_level}",
+                    "`{name}` has level {inner_level}, but the step `{}` that encloses it has level {outer_level}",
                     parent.name
                 );
                 self.report(codes::HIERARCHY, span, message);

@@ -63,7 +63,7 @@ fn a_cut_is_the_cheapest_placement_at_its_prices() {
     }
 }
 
-/// The bound holds, is exact without limits, and decides a node only if each better placement has it there.
+/// The bound holds, is exact without limits, and decides the part of a node only if every better placement puts the node there.
 #[test]
 fn the_bound_and_what_it_decides_hold() {
     let mut prng = Prng::new(2);
@@ -79,7 +79,7 @@ fn the_bound_and_what_it_decides_hold() {
             .filter(|state| state.excess == 0)
             .collect();
         let Some(optimum) = states.iter().map(|state| state.value).min() else { continue };
-        // Any placement is a start, also one that is 1 above the optimum.
+        // Any placement can be the start, even one that is 1 above the optimum.
         let start = states
             .iter()
             .find(|state| state.value == optimum + 1)

@@ -1,5 +1,5 @@
 // run: compare {} lock_wrong.v --trace {out}/lock.csv
-// Two circuits that differ only after three certain clocks, which the proof finds.
+// Two circuits that differ only after three particular clocks, which the proof finds.
 module lock (
     input wire clk,
     input wire a,

@@ -1,5 +1,5 @@
 // run: compare {} nested_if_flat.v
-// A side of an inner `if` that leaves a signal alone keeps what was assigned before the outer one. `&&` and `||` bind weaker than `&`, `^` and `|`.
+// A branch of an inner `if` that does not assign a signal keeps the value assigned before the outer one. `&&` and `||` bind less tightly than `&`, `^` and `|`.
 module nested_if(input clk, input a, input b, input c, output reg q, output y, output z);
   reg p;
   initial begin q = 0; p = 0; end

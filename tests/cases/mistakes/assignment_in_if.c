@@ -1,5 +1,5 @@
 // run: check {}
-// One sign too few: the condition assigns.
+// One `=` is missing: the condition assigns.
 #include <stdbool.h>
 extern volatile bool start, stop, top;
 volatile bool motor;

@@ -1,5 +1,5 @@
 // run: check {}
-// The semicolon behind the condition is its whole body: the motor always runs.
+// The semicolon after the condition is the whole body: the motor always runs.
 extern volatile _Bool start, stop, top;
 volatile _Bool motor;
 

@@ -237,7 +237,7 @@ impl Builder<'_> {
             if place.state && self.random.one_in(2) { self.plain_number(place) } else { None };
         match some {
             Some(number) => {
-                // (number mod len + len) mod len lies in 0..len-1 whatever the sign of the number.
+                // (number mod len + len) mod len is in 0..len-1, whatever the sign of the number.
                 let arith = |op, a: Expr, b: i64| {
                     new(ExprKind::Arith(op, Box::new(a), Box::new(GenericExpr::int(b))))
                 };

@@ -654,7 +654,7 @@ impl<'n> Shown<'n> {
                     "write `conflict priority-age`: the branch that has waited longest goes first"
                 }
                 Policy::PriorityAge => {
-                    "give the following steps the same priority: among equals the oldest goes first"
+                    "give the following steps the same priority: the branch that has waited longest then goes first"
                 }
                 Policy::All | Policy::InnerFirst | Policy::OuterFirst => {
                     "make the receptivities exclude each other"

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 pub(crate) struct Everything {
     /// Situations after reactions, as sets of steps.
     pub(crate) situations: BTreeSet<Vec<usize>>,
-    /// Steps that are ever active, also between micro-steps.
+    /// Steps that are ever active, even if only between micro-steps.
     pub(crate) touched: BTreeSet<usize>,
     /// Transitions that ever fire.
     pub(crate) fired: BTreeSet<usize>,

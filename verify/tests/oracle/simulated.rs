@@ -28,7 +28,7 @@ struct Everything {
     rounds: u32,
     micro_steps: u32,
     fault: bool,
-    /// The situations in which nothing ever fires again, without intended ends.
+    /// The situations in which nothing ever fires again, except intended ends.
     dead: BTreeSet<Vec<usize>>,
     /// For each assertion, the smallest number of rows that violates it.
     broken: Vec<Option<usize>>,
@@ -88,7 +88,7 @@ fn rows(net: &Net) -> Option<Vec<InputRow>> {
     (rows.len() <= MOST.0).then_some(rows)
 }
 
-/// What a reaction, or the reset, shows; `rows` is its number of rows from the reset.
+/// Records the results of a reaction or of the reset; `rows` is its number of rows from the reset.
 fn note(found: &mut Everything, net: &Net, simulator: &Simulator<'_>, rows: usize) {
     found.situations.insert(simulator.state().situation().words().to_vec());
     found.fired.extend(simulator.fired().iter().map(|it| it.index()));

@@ -311,7 +311,12 @@ pub(super) fn bound(
         Err(why @ Stopped::TooMuch) if unbounded.is_none() => {
             let time = cost.plus(call).time;
             let unit = machine.unit;
-            (Some(format!("{why}; by the text alone a reaction would take {time} {unit}")), None)
+            (
+                Some(format!(
+                    "{why}; judging by the C code alone, a reaction would take {time} {unit}"
+                )),
+                None,
+            )
         }
         Ok(_) | Err(_) => (unbounded, open),
     };

@@ -232,7 +232,7 @@ impl Tracer<'_> {
                 let heads: u64 = info.arms.iter().map(|(cost, _)| cost.time).sum();
                 let round = time_of(flow, on).map_or(0, |it| it.saturating_add(heads));
                 let jump = u64::from(self.walker.machine.jump.time);
-                // Either all rounds, or one round less followed by the exit from the body.
+                // Either all rounds, or one round fewer, followed by the exit from the body.
                 let out = if way == NEXT { BREAK } else { way };
                 let leaves = time_of(flow, out)
                     .filter(|last| way != NEXT || last.saturating_add(jump) > round);

@@ -83,9 +83,9 @@ enum Init {
     NotAsked,
     /// An edge of an expression, or the first micro-step: it ends with the first micro-step.
     FirstOnly(CExpr),
-    /// Nothing fired yet.
+    /// Nothing has fired yet.
     NotFired,
-    /// No step is entered by a fork yet: the code of no step.
+    /// No step has been entered by a fork yet: the code of no step.
     None(String),
     /// The value of a variable at the start.
     Old(String),

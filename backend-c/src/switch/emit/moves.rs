@@ -126,7 +126,7 @@ impl Emit<'_> {
     pub(super) fn split_machine(&mut self, index: usize, functions: &mut Vec<Node>) -> Node {
         let machine = &self.plan.machines[index];
         let cap = self.options.max_transitions.max(1);
-        // The largest power of two of values that keeps every range below the bound.
+        // The largest power of two as the number of values per range for which every range stays within the limit.
         let mut shift = 0;
         while shift < 16
             && ranges(self.plan, machine, shift + 1).iter().all(|(_, weight)| *weight <= cap)

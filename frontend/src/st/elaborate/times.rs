@@ -341,7 +341,7 @@ impl Elaborator<'_> {
                 Diagnostic::error(
                     codes::ST_TIMER,
                     format!(
-                        "`{}` is assigned a time that the unit that declares it never assigns",
+                        "`{}` is assigned a time that is never assigned to it in the unit that declares it",
                         place.name
                     ),
                 )

@@ -198,7 +198,7 @@ fn names_in_states_are_those_of_the_chart() {
         findings(drawn(vec![state("more", vec![step("a", vec![]), var("n", int(0, 3))])])),
         ["G0202 `a` is declared twice", "G0202 `n` is declared twice"]
     );
-    // Histories are not part of a trace: each state may have its own.
+    // Histories are not part of a trace, so two states may have histories of the same name.
     let history = |owner: &str| {
         let mut made =
             state_of(owner, StepRole::Plain, false, vec![step(&format!("{owner}1"), vec![])]);

@@ -80,7 +80,7 @@ impl Attempt<'_> {
         }
         total.work = total.work.saturating_add(self.size(check));
         if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
-            return Some("the solver reached its limit for all questions together".to_owned());
+            return Some("the solver reached the limit for the total of all questions".to_owned());
         }
         let limits = Limits { conflicts, ..self.of.limits.clone() };
         let broken = check.broken;
@@ -298,7 +298,7 @@ impl Attempt<'_> {
             Question::Invariant(place, _) => {
                 format!("an invariant of the evolution may be false {}", place.text())
             }
-            Question::Begins | Question::Progress => "an evolution may not end".to_owned(),
+            Question::Begins | Question::Progress => "an evolution may never end".to_owned(),
         }
     }
 }

@@ -150,9 +150,7 @@ impl Question<'_> {
                 }
                 Ended::Spent if times == Times::Free => return Ok(Attempt::Spurious),
                 Ended::Spent => {
-                    return Err(
-                        "property-directed reachability reached its limit of work".to_owned()
-                    );
+                    return Err("property-directed reachability reached its work limit".to_owned());
                 }
             }
         }
