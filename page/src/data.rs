@@ -1,6 +1,7 @@
 //! Everything that a page knows about its chart, as JSON.
 
 use crate::contents::Contents;
+use crate::html::base64;
 use crate::key;
 use crate::program::ProgramWriter;
 use crate::reference::Reference;
@@ -92,7 +93,7 @@ pub(crate) fn data(
             "rows": rows(net, &reference.rows),
             // Pairs: a reaction, from 0, that does not continue from the one before it, and the state from which it continues.
             "from": jumps(&reference.from),
-            // The low 24 bits as 6 hexadecimal digits for each reaction; `-` if the chart leaves a cell open.
+            // The low 24 bits as 4 digits of base64 for each reaction; `-` if the chart leaves a cell open.
             "hashes": hashes(&reference.hashes),
         },
     }))
@@ -128,8 +129,9 @@ fn rows(net: &Net, rows: &[InputRow]) -> String {
 }
 
 fn hashes(hashes: &[Option<u32>]) -> String {
-    let text = |hash: &Option<u32>| {
-        hash.map_or_else(|| "-".to_owned(), |it| format!("{:06x}", it & 0x00ff_ffff))
+    let text = |hash: &Option<u32>| match hash.map(u32::to_be_bytes) {
+        Some([_, low @ ..]) => base64(&low),
+        None => "-".to_owned(),
     };
     hashes.iter().map(text).collect()
 }

@@ -162,7 +162,8 @@ fn hash(text: &str) -> String {
     format!("sha256-{}", base64(&digest))
 }
 
-fn base64(bytes: &[u8]) -> String {
+/// Bytes in base64, with `=` up to a multiple of 4 digits.
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::new();
     for group in bytes.chunks(3) {

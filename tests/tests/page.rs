@@ -173,6 +173,19 @@ const HOSTILE: &str = r#"chart h {
 }
 "#;
 
+/// A chart with a step that is active only within a reaction.
+const STABLE: &str = "chart stable {
+    evolution stable
+    input x
+    initial step start
+    step mid
+    step end
+    start -> mid when x
+    mid -> end when true
+    end -> start when not x
+}
+";
+
 fn hostile() -> String {
     HOSTILE.replace("\\u{202E}", "\u{202E}")
 }
@@ -212,6 +225,21 @@ fn a_page_is_small_and_runs_only_its_own_scripts() {
     }
 }
 
+#[test]
+fn a_page_of_a_thousand_steps_is_small() {
+    let mut text = String::from("chart ring {\n    evolution single\n    input a, b\n");
+    for step in 0..1000 {
+        let initial = if step == 0 { "initial " } else { "" };
+        text += &format!("    {initial}step s{step}\n");
+    }
+    for step in 0..1000 {
+        text += &format!("    s{step} -> s{} when a and b\n", (step + 1) % 1000);
+    }
+    let page = drawn("ring.graf", &(text + "}\n"));
+    assert!(page.len() <= 2 * 1024 * 1024, "{} bytes", page.len());
+    assert!(page.contains("<div id=\"drawing\" class=\"large\""), "only a part is displayed");
+}
+
 /// Chromium and node; `None` if one of them is missing.
 fn browser() -> Option<(PathBuf, PathBuf)> {
     let chromium = tools::find(&["chromium", "chromium-browser", "google-chrome"]);
@@ -238,6 +266,7 @@ fn pages_work_in_a_browser() {
     write("hostile.html", &drawn("hostile.graf", &hostile()));
     let supervisor = include_str!("../../examples/supervisor/supervisor.scxml");
     write("queue.html", &drawn("supervisor.scxml", supervisor));
+    write("stable.html", &drawn("stable.graf", STABLE));
     write("chromium.js", include_str!("page_scripts/chromium.js"));
     write("browser.js", include_str!("page_scripts/browser.js"));
     let arguments = ["browser.js", &chromium.display().to_string()];

@@ -387,6 +387,9 @@ const Grafsynth = (() => {
         return value >>> 0;
     }
 
+    // The low 24 bits of a hash as 4 digits of base64.
+    const low24 = (value) => btoa(String.fromCharCode(value >> 16 & 255, value >> 8 & 255, value & 255));
+
     // The inputs of the reference run: ticks if they change, four Booleans in each hexadecimal digit, and the numbers.
     function referenceRows(data) {
         if (data.reference.rows === "") return [];
@@ -405,7 +408,7 @@ const Grafsynth = (() => {
 
     // Repeats the reference run of the page, up to the first difference; yields after every few reactions, so that a page can do something else.
     function* repeat(data) {
-        const hashes = data.reference.hashes.match(/-|.{6}/g) || [];
+        const hashes = data.reference.hashes.match(/-|.{4}/g) || [];
         const rows = referenceRows(data);
         const machine = new Machine(data);
         const jumps = new Map(data.reference.from);
@@ -418,7 +421,7 @@ const Grafsynth = (() => {
             if (wanted.has(at + 1)) saved.set(at + 1, machine.save());
             const row = machine.row().join(",");
             if (hashes[at] !== "-") {
-                if ((hash(row) & 0xffffff) !== parseInt(hashes[at], 16)) return { compared, different: at + 1, row };
+                if (low24(hash(row)) !== hashes[at]) return { compared, different: at + 1, row };
                 compared += 1;
             }
             if (at % 16 === 15) yield compared;

@@ -152,12 +152,13 @@ function drawBars() {
     if (isNew(byId("bars"), bars.map((bar) => bar.textContent).join("\n"))) byId("bars").replaceChildren(...bars);
 }
 
-// Lists and the waveform are drawn a few times per second while the chart runs: nobody can read faster.
+// Lists and the waveform are drawn a few times per second while the chart runs or the slider is dragged: nobody can read faster.
 const SLOW = 200;
 let nextSlow = 0;
 // Whether something has changed since the last picture, and since the lists were drawn.
 let isDue = false;
 let isSlowDue = false;
+let isDragged = false;
 
 // Draws once before the next picture of the browser, whatever happens until then. A run looks for itself.
 function redraw() {
@@ -178,14 +179,17 @@ function draw() {
     drawBars();
     drawClock();
     drawQueue(cells);
-    if (running !== null && performance.now() < nextSlow) return;
+    if ((running !== null || isDragged) && performance.now() < nextSlow) {
+        if (running === null) setTimeout(redraw, SLOW);
+        return;
+    }
     nextSlow = performance.now() + SLOW;
     isSlowDue = false;
     drawWaits(states, cells);
     drawSteps(cells, active);
     drawCalls();
     drawWave();
-    if (running !== null) return;
+    if (running !== null || isDragged) return;
     const left = session.toThreshold(panel);
     byId("threshold").title = left === null ? word("noTimer") : word("untilChange", { time: duration(left) });
     announce(active);

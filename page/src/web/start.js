@@ -78,7 +78,14 @@ for (const [id, key] of Object.entries(COMMAND_OF)) {
     byId(id).setAttribute("aria-keyshortcuts", key);
     if (key.length === 1) byId(id).append(make("kbd", { "aria-hidden": "true" }, key));
 }
-byId("scrub").addEventListener("input", () => show(Number(byId("scrub").value)));
+byId("scrub").addEventListener("input", () => {
+    isDragged = true;
+    show(Number(byId("scrub").value));
+});
+byId("scrub").addEventListener("change", () => {
+    isDragged = false;
+    redraw();
+});
 byId("dt").addEventListener("input", readTicks);
 click("fit", fit);
 click("save-stimulus", () => save("stimulus.csv", session.stimulus()));

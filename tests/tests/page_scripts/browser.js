@@ -1,4 +1,4 @@
-// Uses pages in a browser as a person does: `node browser.js CHROMIUM`, in a folder with truck.html and hostile.html, prints what was found as JSON.
+// Uses pages in a browser as a person does: `node browser.js CHROMIUM`, in a folder with the pages of the tests, prints what was found as JSON.
 const path = require("path");
 const { Chromium } = require("./chromium.js");
 
@@ -101,6 +101,21 @@ async function debugging(tab) {
     }
 }
 
+// A breakpoint at a step that is active only within a reaction shows the micro-step.
+async function transient(tab) {
+    await tab.open(address("stable.html"));
+    await click(tab, "#auto");
+    await click(tab, "[aria-label='breakpoint at mid']");
+    await tab.keys("1p");
+    await tab.until(`document.getElementById("note").textContent !== ""`);
+    await tab.value(PICTURE);
+    expect(await tab.value(ACTIVE), "mid", "the transient situation");
+    expect((await text(tab, "clock")).endsWith("before micro-step 2 of 2"), true, await text(tab, "clock"));
+    await tab.keys("m");
+    await tab.value(PICTURE);
+    expect(await tab.value(ACTIVE), "end", "the end of the reaction");
+}
+
 // Pointing at an element marks it in the drawing and in the source; words change with the language, names do not.
 async function reading(tab) {
     await tab.open(address("truck.html"));
@@ -187,7 +202,7 @@ async function hostile(tab) {
 }
 
 // Each scenario with its page.
-const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"]];
+const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"]];
 
 (async () => {
     const browser = new Chromium(process.argv[2], path.resolve("profile"));

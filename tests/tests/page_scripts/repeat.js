@@ -8,9 +8,9 @@ const run = (what) => {
     }
 };
 const clean = run(data);
-const hashes = data.reference.hashes.match(/-|.{6}/g);
+const hashes = data.reference.hashes.match(/-|.{4}/g);
 const at = hashes.findLastIndex((hash) => hash !== "-");
-hashes[at] = (parseInt(hashes[at], 16) ^ 1).toString(16).padStart(6, "0");
+hashes[at] = hashes[at] === "AAAA" ? "AAAB" : "AAAA";
 data.reference.hashes = hashes.join("");
 const spoiled = run(data);
 const found = spoiled.different === at + 1 ? "found" : `missed (${spoiled.different})`;
