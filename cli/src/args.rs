@@ -679,9 +679,30 @@ pub(crate) struct Page {
     /// Write conditions in the drawing with words (`not a and b`) instead of the signs of Grafcet.
     #[arg(long)]
     pub(crate) words: bool,
+    /// Language of the interface when the page is opened; the page has a switch for it. What the author of the chart wrote is never translated.
+    #[arg(long, value_enum, default_value = "en")]
+    pub(crate) language: PageLanguage,
+    /// Leave the source out: the page otherwise shows it beside the drawing.
+    #[arg(long)]
+    pub(crate) no_source: bool,
     /// File to write; `-` is standard output (default: STEM.html, where STEM is the name of the input file without its extension).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+}
+
+/// Values of `page --language`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PageLanguage {
+    /// English
+    En,
+    /// French
+    Fr,
+    /// German
+    De,
+    /// Spanish
+    Es,
+    /// Portuguese
+    Pt,
 }
 
 #[derive(Debug, Args)]

@@ -88,7 +88,7 @@ const EXAMPLES: [(&str, &str); 15] = [
     (
         "page",
         "  grafsynth page plant.graf                # plant.html: open it, and press the inputs
-  grafsynth page plant.graf --words -o out/panel.html",
+  grafsynth page plant.graf --language fr --words -o out/panel.html",
     ),
     (
         "minimise",

@@ -4,7 +4,7 @@ use crate::scratch::Scratch;
 use crate::tools;
 use crate::{Availability, Engine, EngineError, Job};
 use grafsynth_ir::FileId;
-use grafsynth_page::{Cut, Reference, cut};
+use grafsynth_page::{Contents, Cut, Reference, cut};
 use grafsynth_sim::{Trace, TraceLayout};
 use std::fs;
 use std::time::Duration;
@@ -60,7 +60,7 @@ pub fn js_traces(jobs: &[Job<'_>]) -> Result<Vec<String>, EngineError> {
     let folder = Scratch::new().map_err(failed)?;
     let mut script = None;
     for (number, job) in jobs.iter().enumerate() {
-        let page = grafsynth_page::page(job.net, None, &Reference::default())
+        let page = grafsynth_page::page(job.net, &Reference::default(), &Contents::default())
             .map_err(EngineError::Refused)?;
         let (Some(engine), Some(data)) = (cut(&page, Cut::Engine), cut(&page, Cut::Data)) else {
             return Err(EngineError::Failed("the page contains no engine".to_owned()));

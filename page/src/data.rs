@@ -1,30 +1,38 @@
 //! Everything that a page knows about its chart, as JSON.
 
+use crate::contents::Contents;
+use crate::html::base64;
 use crate::key;
 use crate::program::ProgramWriter;
 use crate::reference::Reference;
 use crate::waits::{DEEPEST, Waits};
-use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, InputKind, Net, Policy, PropertyLeaf, PropertyRole, StepKind,
+    Driver, Evolution, Expr, InputId, InputKind, Net, Policy, PropertyLeaf, PropertyRole, StepKind,
     TransitionKind,
 };
 use grafsynth_ir::program::{Origin, Program, ResetEffect};
 use grafsynth_ir::text::print_expr;
-use grafsynth_sim::{ColumnKind, MAX_DT, TraceLayout};
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_sim::{ColumnKind, InputRow, MAX_DT, TraceLayout};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 /// The version of the data; `engine.js` accepts only its own.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The data of a net.
 ///
 /// # Errors
 /// If the net has no bounded program.
-pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec<Diagnostic>> {
+pub(crate) fn data(
+    net: &Valid<Net>,
+    reference: &Reference,
+    contents: &Contents<'_>,
+) -> Result<Value, Vec<Diagnostic>> {
     let additions = Additions { marks: true, ..Additions::default() };
     let program = program_with(net, &ProgramOptions::default(), additions)?;
     let writer = ProgramWriter::new(net, &program);
@@ -35,10 +43,12 @@ pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec
         "version": VERSION,
         "name": net.name.text,
         "tick": settings.tick_ns,
+        "language": contents.language.tag(),
         "policy": policy(settings.policy),
-        "evolution": match settings.evolution {
-            Evolution::Single => "single".to_owned(),
-            Evolution::Stable { limit } => format!("stable, at most {limit} micro-steps"),
+        // The maximum number of micro-steps of a reaction; null for a single one.
+        "stable": match settings.evolution {
+            Evolution::Single => None,
+            Evolution::Stable { limit } => Some(limit),
         },
         "maxDt": MAX_DT,
         "program": program_json(&program, &writer),
@@ -77,12 +87,57 @@ pub(crate) fn data(net: &Valid<Net>, reference: &Reference) -> Result<Value, Vec
         "assumptions": assumptions(net, &waits, &writer),
         "emergency": emergency.map(|condition| writer.expr(&condition)),
         "exclusive": settings.events_exclusive,
+        "queues": queues(net, &waits),
+        "sources": sources(net, contents),
         "reference": {
-            "stimulus": reference.stimulus,
-            "from": reference.from,
-            "hashes": reference.hashes,
+            "rows": rows(net, &reference.rows),
+            // Pairs: a reaction, from 0, that does not continue from the one before it, and the state from which it continues.
+            "from": jumps(&reference.from),
+            // The low 24 bits as 4 digits of base64 for each reaction; `-` if the chart leaves a cell open.
+            "hashes": hashes(&reference.hashes),
         },
     }))
+}
+
+/// The inputs of the reactions in few bytes, with a comma between two: `DT:` if it is not that of the reaction before, which begins with 1; the Booleans,
+/// four in each hexadecimal digit, the first in its lowest bit; and `.N` for each number.
+fn rows(net: &Net, rows: &[InputRow]) -> String {
+    let given: Vec<InputId> =
+        net.inputs.ids().filter(|id| net.inputs[*id].kind != InputKind::InternalEvent).collect();
+    let (bits, numbers): (Vec<InputId>, Vec<InputId>) =
+        given.into_iter().partition(|id| net.inputs[*id].ty == Type::Bool);
+    let mut out = String::new();
+    let mut dt = 1;
+    for (at, row) in rows.iter().enumerate() {
+        if at > 0 {
+            out.push(',');
+        }
+        // Writing into a String cannot fail.
+        if row.dt != dt {
+            dt = row.dt;
+            let _ = write!(out, "{dt}:");
+        }
+        for four in bits.chunks(4) {
+            let digit = four.iter().rev().fold(0, |digit, id| digit * 2 + row.value(*id));
+            let _ = write!(out, "{digit:x}");
+        }
+        for id in &numbers {
+            let _ = write!(out, ".{}", row.value(*id));
+        }
+    }
+    out
+}
+
+fn hashes(hashes: &[Option<u32>]) -> String {
+    let text = |hash: &Option<u32>| match hash.map(u32::to_be_bytes) {
+        Some([_, low @ ..]) => base64(&low),
+        None => "-".to_owned(),
+    };
+    hashes.iter().map(text).collect()
+}
+
+fn jumps(from: &[usize]) -> Vec<[usize; 2]> {
+    from.iter().enumerate().filter(|(at, from)| at != *from).map(|(at, from)| [at, *from]).collect()
 }
 
 /// The assumptions about the inputs: the condition that is never true, as text and as an expression.
@@ -99,6 +154,41 @@ fn assumptions(net: &Net, waits: &Waits<'_>, writer: &ProgramWriter<'_>) -> Vec<
         }
     }
     all
+}
+
+/// The events that wait for the next check or reaction: the names of the event numbers, the cells of the queues, the bits of raised events, and the delayed
+/// sends with the cells of their remaining ticks.
+fn queues(net: &Net, waits: &Waits<'_>) -> Value {
+    let name = |event: InputId| net.inputs[event].name.text.as_str();
+    let listened: BTreeSet<InputId> =
+        net.transitions.values().flat_map(|one| one.events.iter().copied()).collect();
+    let queue = |items, length| Some([waits.cell(items)?, waits.cell(length)?]);
+    let pending = net.inputs.ids().filter_map(|event| {
+        waits.cell(Origin::Pending(event)).map(|cell| json!([name(event), cell]))
+    });
+    let sends = net.sends.iter().filter_map(|(id, slot)| {
+        waits.cell(Origin::SendTimer(id)).map(|cell| json!([name(slot.event), cell]))
+    });
+    json!({
+        "names": listened.into_iter().map(name).collect::<Vec<_>>(),
+        "queues": [
+            queue(Origin::InternalQueue, Origin::InternalLength),
+            queue(Origin::ExternalQueue, Origin::ExternalLength),
+        ],
+        "pending": pending.collect::<Vec<_>>(),
+        "sends": sends.collect::<Vec<_>>(),
+    })
+}
+
+/// The texts that contain steps or transitions, by the number of the file in the keys of elements.
+fn sources(net: &Net, contents: &Contents<'_>) -> Vec<Value> {
+    let steps = net.steps.values().map(|step| step.meta.span.file);
+    let transitions = net.transitions.values().map(|transition| transition.meta.span.file);
+    let used: BTreeSet<FileId> = steps.chain(transitions).collect();
+    let shown = contents.sources.iter().filter(|source| used.contains(&source.file));
+    shown
+        .map(|source| json!({ "file": source.file.0, "name": source.name, "text": source.text }))
+        .collect()
 }
 
 fn policy(policy: Policy) -> &'static str {
@@ -171,10 +261,10 @@ fn steps(net: &Net, waits: &Waits<'_>) -> Vec<Value> {
             "parent": step.parent.map(grafsynth_ir::Id::index),
             "kind": match step.kind {
                 StepKind::Leaf => "step",
-                StepKind::Enclosing => "enclosing step",
+                StepKind::Enclosing => "enclosing",
                 StepKind::Composite => "state",
-                StepKind::Parallel => "parallel state",
-                StepKind::Final => "final state",
+                StepKind::Parallel => "parallel",
+                StepKind::Final => "final",
             },
             "hidden": step.hidden,
             // Whether the column `steps` of a trace lists it.

@@ -1,13 +1,30 @@
 //! The file: one HTML document with its style, its scripts and its data, that may load nothing.
 
+use crate::contents::{Language, WORDS, word};
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
 
-const STYLE: &str = include_str!("page.css");
-const ENGINE: &str = include_str!("engine.js");
-const PAGE: &str = include_str!("page.js");
-const BODY: &str = include_str!("body.html");
+const STYLE: &str = include_str!("web/page.css");
+pub(crate) const BODY: &str = include_str!("web/body.html");
+/// The parts of the script that shows the chart. They are one function, so a part can use what another one declares.
+pub(crate) const PARTS: [&str; 12] = [
+    include_str!("web/basics.js"),
+    include_str!("web/words.js"),
+    include_str!("web/chart.js"),
+    include_str!("web/source.js"),
+    include_str!("web/lists.js"),
+    include_str!("web/panel.js"),
+    include_str!("web/breaks.js"),
+    include_str!("web/wave.js"),
+    include_str!("web/files.js"),
+    include_str!("web/links.js"),
+    include_str!("web/page.js"),
+    include_str!("web/start.js"),
+];
+/// The parts of the script that executes the chart.
+pub(crate) const ENGINE: [&str; 2] =
+    [include_str!("web/engine.js"), include_str!("web/session.js")];
 
 /// A part of a page that can be cut out of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,34 +46,70 @@ pub fn cut(page: &str, part: Cut) -> Option<&str> {
     rest.split_once("</script>").map(|(text, _)| text)
 }
 
+/// A drawing as it is embedded in a page.
+pub(crate) struct Drawing {
+    /// The element `svg`.
+    pub(crate) svg: String,
+    /// The number of marks.
+    pub(crate) n_marks: usize,
+}
+
+/// A drawing with more marks than this is hidden until the script of the page displays the part in sight.
+const LARGE: usize = 5000;
+
 /// The document.
-pub(crate) fn html(name: &str, data: &Value, drawing: Option<&str>) -> String {
+pub(crate) fn html(
+    name: &str,
+    data: &Value,
+    drawing: Option<&Drawing>,
+    language: Language,
+) -> String {
     let data = embedded(data);
-    let drawing = drawing.unwrap_or_default();
+    let engine = compact(&ENGINE.concat());
+    let page = compact(&format!(
+        "\"use strict\";\n(() => {{\nconst WORDS = {};\n{}}})();\n",
+        WORDS.trim_end(),
+        PARTS.concat()
+    ));
+    let style = compact(STYLE);
     let policy = format!(
         "default-src 'none'; script-src '{}' '{}'; style-src '{}'; base-uri 'none'; form-action 'none'",
-        hash(ENGINE),
-        hash(PAGE),
-        hash(STYLE)
+        hash(&engine),
+        hash(&page),
+        hash(&style)
     );
     let name = escape(name);
     let mut out = String::new();
     // Writing into a String cannot fail.
     let _ = write!(
         out,
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
+        "<!DOCTYPE html>\n<html lang=\"{}\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>{name}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{}\
-         <script id=\"data\" type=\"application/json\">{data}</script>\n<script id=\"engine\">{ENGINE}</script>\n<script id=\"page\">{PAGE}</script>\n</body>\n</html>\n",
-        body(&name, drawing)
+         <title>{name}</title>\n<style>{style}</style>\n</head>\n<body>\n{}\
+         <script id=\"data\" type=\"application/json\">{data}</script>\n<script id=\"engine\">{engine}</script>\n\
+         <script id=\"page\">{page}</script>\n</body>\n</html>\n",
+        language.tag(),
+        body(&name, drawing, language)
     );
     out
 }
 
-/// The content of the document; name and drawing are inserted once, so they cannot contain a place for the other.
-fn body(name: &str, drawing: &str) -> String {
+/// A script or a style without indentation, empty lines and lines that are a comment: a page is small, and can still be read.
+fn compact(text: &str) -> String {
+    let lines = text.lines().map(str::trim_start);
+    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
+    kept.flat_map(|line| [line, "\n"]).collect()
+}
+
+/// The content of the document; the drawing is inserted last, so it cannot contain a place for anything else.
+fn body(name: &str, drawing: Option<&Drawing>, language: Language) -> String {
     let (head, tail) = BODY.split_once("{{drawing}}").unwrap_or((BODY, ""));
-    format!("{}{drawing}{}", head.replace("{{name}}", name), tail)
+    let large = if drawing.is_some_and(|it| it.n_marks > LARGE) { "large" } else { "" };
+    let svg = drawing.map_or("", |it| it.svg.as_str());
+    let no_script = escape(&word("noScript", language));
+    let head = head.replace("{{large}}", large).replace("{{noScript}}", &no_script);
+    let head = head.replace("{{name}}", name);
+    format!("{head}{svg}{tail}")
 }
 
 /// JSON inside of a script element, which ends at the first `</script`: no sign `<` remains.
@@ -109,7 +162,8 @@ fn hash(text: &str) -> String {
     format!("sha256-{}", base64(&digest))
 }
 
-fn base64(bytes: &[u8]) -> String {
+/// Bytes in base64, with `=` up to a multiple of 4 digits.
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::new();
     for group in bytes.chunks(3) {

@@ -2,7 +2,7 @@
 
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
-use grafsynth_sim::{Ahead, MAX_DT, Row, Stimulus, TraceLayout};
+use grafsynth_sim::{Ahead, InputRow, MAX_DT, Row, TraceLayout};
 
 /// The seed of the run.
 const SEED: u64 = 1;
@@ -12,8 +12,8 @@ const BATCH: usize = 64;
 /// A run of the simulator.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Reference {
-    /// The inputs, as a stimulus in CSV.
-    pub stimulus: String,
+    /// The inputs of each reaction.
+    pub rows: Vec<InputRow>,
     /// For each reaction, the state from which it continues: 0 is the state after reset, n is the state after reaction n, counted from 1.
     pub from: Vec<usize>,
     /// For each reaction, the hash of its row without the number of the row; `None` if the chart leaves a cell of the row open.
@@ -35,7 +35,7 @@ pub fn reference(net: &Valid<Net>, reactions: usize) -> Reference {
     }
     let made = run.made();
     Reference {
-        stimulus: Stimulus::of_rows(net, made.iter().map(|made| &made.row)).to_csv(net),
+        rows: made.iter().map(|made| made.row.clone()).collect(),
         from: made.iter().map(|made| made.from).collect(),
         hashes,
     }

@@ -11,14 +11,15 @@ use grafsynth_driver::run::net_trace;
 use grafsynth_driver::source::Sources;
 use grafsynth_engines::scratch::Scratch;
 use grafsynth_engines::{Availability, Engine as _, Job, JsEngine, js_traces, tools};
-use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Policy};
-use grafsynth_page::{Cut, Reference, cut, page, reference};
+use grafsynth_ir::{FileId, Valid};
+use grafsynth_page::{Contents, Cut, Reference, SourceText, cut, page, reference};
 use grafsynth_sim::Stimulus;
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_tests::{chart, readable, rounds};
 use grafsynth_verify::structural_facts;
 use std::fs;
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// The number of rows of one stimulus.
@@ -130,7 +131,7 @@ fn a_page_repeats_its_reference_and_notices_a_difference() {
     for seed in 0..6 {
         let net = random_net(seed, &features);
         let reference = reference(&net, 200);
-        let page = page(&net, None, &reference).expect("a page");
+        let page = page(&net, &reference, &Contents::default()).expect("a page");
         let compared = reference.hashes.iter().flatten().count();
         assert_eq!(
             run(&page, "", script),
@@ -154,7 +155,7 @@ fn a_recorded_session_replays() {
     ] {
         let net = chart(name, text);
         let stimulus = Stimulus::random(&net, 300, 5, 3);
-        let page = page(&net, None, &Reference::default()).expect("a page");
+        let page = page(&net, &Reference::default(), &Contents::default()).expect("a page");
         let expected = stimulus.to_csv(&net) + &net_trace(&net, &stimulus).to_csv();
         assert_eq!(run(&page, &stimulus.to_csv(&net), script), expected, "{name}");
     }
@@ -173,6 +174,23 @@ const HOSTILE: &str = r#"chart h {
 }
 "#;
 
+/// A chart with a step that is active only within a reaction.
+const STABLE: &str = "chart stable {
+    evolution stable
+    input x
+    initial step start
+    step mid
+    step end
+    start -> mid when x
+    mid -> end when true
+    end -> start when not x
+}
+";
+
+fn hostile() -> String {
+    HOSTILE.replace("\\u{202E}", "\u{202E}")
+}
+
 /// The page of a chart with its drawing.
 fn drawn(name: &str, text: &str) -> String {
     let mut sources = Sources::default();
@@ -182,14 +200,16 @@ fn drawn(name: &str, text: &str) -> String {
     let Some(Design::Net(design)) = design else { panic!("{name}: {found:#?}") };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &Options::default()).ok());
     assert!(picture.is_some(), "{name} is drawn");
-    page(&design.net, picture.as_ref(), &reference(&design.net, 1000)).expect("a page")
+    let sources = [SourceText { file: main, name, text }];
+    let contents = Contents { picture: picture.as_ref(), sources: &sources, ..Contents::default() };
+    page(&design.net, &reference(&design.net, 1000), &contents).expect("a page")
 }
 
 #[test]
 fn a_page_is_small_and_runs_only_its_own_scripts() {
     let truck = drawn("truck.graf", include_str!("../../examples/truck/truck.graf"));
     assert!(truck.len() <= 120 * 1024, "{} bytes", truck.len());
-    let hostile = drawn("hostile.graf", &HOSTILE.replace("\\u{202E}", "\u{202E}"));
+    let hostile = drawn("hostile.graf", &hostile());
     for page in [&truck, &hostile] {
         assert_eq!(page.matches("<script").count(), 3, "data, engine and page");
         assert_eq!(page.matches("</script").count(), 3);
@@ -206,41 +226,61 @@ fn a_page_is_small_and_runs_only_its_own_scripts() {
     }
 }
 
-/// In a browser: both pages start, repeat their reference, and no text of the chart becomes code.
 #[test]
-fn pages_start_in_a_browser() {
-    let Some(chromium) = tools::find(&["chromium", "chromium-browser", "google-chrome"]) else {
-        println!("skipped: chromium is not installed");
-        return;
-    };
-    let folder = Scratch::new().expect("a folder");
-    for (name, text) in [
-        ("truck", include_str!("../../examples/truck/truck.graf").to_owned()),
-        ("hostile", HOSTILE.replace("\\u{202E}", "\u{202E}")),
-    ] {
-        let path = folder.path().join(format!("{name}.html"));
-        fs::write(&path, drawn(&format!("{name}.graf"), &text)).expect("written");
-        let url = format!("file://{}", path.display());
-        let profile = format!("--user-data-dir={}", folder.path().join(name).display());
-        let arguments = [
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--virtual-time-budget=5000",
-            profile.as_str(),
-            "--dump-dom",
-            url.as_str(),
-        ];
-        let done = tools::run(&chromium, &arguments, folder.path(), b"", LIMIT).expect("it runs");
-        let shown = String::from_utf8(done.stdout).expect("text");
-        assert!(shown.contains("equal to the reference in 1000 reactions"), "{name}: {shown}");
-        assert!(shown.contains(if name == "truck" {
-            "<title>truck</title>"
-        } else {
-            "<title>h</title>"
-        }));
-        assert!(shown.contains("class=\"active\""), "{name}: the initial step is lit");
+fn a_page_of_a_thousand_steps_is_small() {
+    let mut text = String::from("chart ring {\n    evolution single\n    input a, b\n");
+    for step in 0..1000 {
+        let initial = if step == 0 { "initial " } else { "" };
+        text += &format!("    {initial}step s{step}\n");
     }
+    for step in 0..1000 {
+        text += &format!("    s{step} -> s{} when a and b\n", (step + 1) % 1000);
+    }
+    let page = drawn("ring.graf", &(text + "}\n"));
+    assert!(page.len() <= 2 * 1024 * 1024, "{} bytes", page.len());
+    assert!(page.contains("<div id=\"drawing\" class=\"large\""), "only a part is displayed");
+}
+
+/// Chromium and node; `None` if one of them is missing.
+fn browser() -> Option<(PathBuf, PathBuf)> {
+    let chromium = tools::find(&["chromium", "chromium-browser", "google-chrome"]);
+    if chromium.is_none() {
+        println!("skipped: chromium is not installed");
+    }
+    let node = tools::find(&["node", "nodejs"]);
+    if node.is_none() {
+        println!("skipped: node is not installed");
+    }
+    chromium.zip(node)
+}
+
+/// In a browser: pages start without a problem and without a request, repeat their reference, obey the keyboard, and record what the simulator repeats;
+/// breakpoints, forced inputs, links, the source, the languages, and the roles and names that assistive technology finds.
+#[test]
+fn pages_work_in_a_browser() {
+    let Some((chromium, node)) = browser() else { return };
+    let folder = Scratch::new().expect("a folder");
+    let write =
+        |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    let truck = include_str!("../../examples/truck/truck.graf");
+    write("truck.html", &drawn("truck.graf", truck));
+    write("hostile.html", &drawn("hostile.graf", &hostile()));
+    let supervisor = include_str!("../../examples/supervisor/supervisor.scxml");
+    write("queue.html", &drawn("supervisor.scxml", supervisor));
+    write("stable.html", &drawn("stable.graf", STABLE));
+    write("chromium.js", include_str!("page_scripts/chromium.js"));
+    write("browser.js", include_str!("page_scripts/browser.js"));
+    let arguments = ["browser.js", &chromium.display().to_string()];
+    let done = tools::run(&node, &arguments, folder.path(), b"", LIMIT).expect("it runs");
+    assert!(done.is_success, "{}", done.stderr);
+    let found: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let text = |name: &str| found["truck"][name].as_str().unwrap_or_default().to_owned();
+    assert_eq!(text("reference"), "equal to the reference in 1000 reactions");
+    let roles = found["reading"]["roles"].as_str().unwrap_or_default();
+    assert_eq!(roles, include_str!("page_scripts/truck.roles.txt"), "found:\n{roles}");
+    let net = chart("truck.graf", truck);
+    let (stimulus, found) = Stimulus::parse_csv(&net, FileId(0), &text("stimulus"));
+    let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
+    assert!(stimulus.len() >= 10, "{}", text("stimulus"));
+    assert_eq!(text("trace"), net_trace(&net, &stimulus).to_csv());
 }

@@ -1,12 +1,12 @@
 //! `grafsynth page FILE`.
 
-use crate::args::Page;
+use crate::args::{Page, PageLanguage};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
 use grafsynth_draw::{Options, layout};
 use grafsynth_driver::stem::FileStem;
-use grafsynth_page::{page, reference};
-use std::path::PathBuf;
+use grafsynth_page::{Contents, Language, SourceText, page, reference};
+use std::path::{Path, PathBuf};
 
 /// The number of reactions of the reference run that a page repeats.
 const REACTIONS: usize = 1000;
@@ -22,10 +22,16 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
     let options = Options { words: arguments.words, ..Options::default() };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &options).ok());
     let reference = reference(&design.net, REACTIONS);
-    let text = page(&design.net, picture.as_ref(), &reference).map_err(|found| {
-        session.show(&found);
-        Stop::Errors
-    })?;
+    let sources = if arguments.no_source { Vec::new() } else { sources(session) };
+    let language = language(arguments.language);
+    let contents = Contents { picture: picture.as_ref(), sources: &sources, language };
+    let text = match page(&design.net, &reference, &contents) {
+        Ok(text) => text,
+        Err(found) => {
+            session.show(&found);
+            return Err(Stop::Errors);
+        }
+    };
     let output = arguments.output.clone().unwrap_or_else(|| match FileStem::of_path(file) {
         Some(stem) => PathBuf::from(format!("{}.html", stem.as_str())),
         None => PathBuf::from("-"),
@@ -37,4 +43,25 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
     session.write_named(vec![(output.clone(), text.into_bytes())])?;
     session.note(&format!("wrote {}\n", output.display()));
     Ok(Exit::Done)
+}
+
+/// All texts that were read, each with the name of its file but not its folder: a page may be sent to others.
+fn sources(session: &Session) -> Vec<SourceText<'_>> {
+    let all = session.sources.iter();
+    all.map(|(file, source)| SourceText { file, name: name(&source.path), text: &source.text })
+        .collect()
+}
+
+fn name(path: &str) -> &str {
+    Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or(path)
+}
+
+fn language(chosen: PageLanguage) -> Language {
+    match chosen {
+        PageLanguage::En => Language::En,
+        PageLanguage::Fr => Language::Fr,
+        PageLanguage::De => Language::De,
+        PageLanguage::Es => Language::Es,
+        PageLanguage::Pt => Language::Pt,
+    }
 }

@@ -8,8 +8,10 @@ const run = (what) => {
     }
 };
 const clean = run(data);
-const at = data.reference.hashes.findLastIndex((hash) => hash !== null);
-data.reference.hashes[at] ^= 1;
+const hashes = data.reference.hashes.match(/-|.{4}/g);
+const at = hashes.findLastIndex((hash) => hash !== "-");
+hashes[at] = hashes[at] === "AAAA" ? "AAAB" : "AAAA";
+data.reference.hashes = hashes.join("");
 const spoiled = run(data);
 const found = spoiled.different === at + 1 ? "found" : `missed (${spoiled.different})`;
 console.log(clean.different === null ? `${clean.compared} equal, spoiled: ${found}` : `different in reaction ${clean.different}: ${clean.row}`);

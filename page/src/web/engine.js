@@ -3,7 +3,7 @@
 //
 // Booleans are 0 and 1. A value is a Number, or a BigInt where the program says that it may be beyond 2^53; every value that is stored is a Number.
 const Grafsynth = (() => {
-    const VERSION = 1;
+    const VERSION = 2;
 
     // --- expressions ------------------------------------------------------------------------------------------------------------------
 
@@ -171,7 +171,13 @@ const Grafsynth = (() => {
         const at = m.places[cell];
         const length = m.places[cell + 1] - at;
         const value = compiled(m, what);
-        const index = where === undefined ? () => 0 : compiled(m, where);
+        if (where === undefined) {
+            return () => {
+                const given = value();
+                m.cells[at] = Number(given < lo ? lo : given > hi ? hi : given);
+            };
+        }
+        const index = compiled(m, where);
         return () => {
             const given = value();
             const i = Number(index());
@@ -195,6 +201,7 @@ const Grafsynth = (() => {
             this.inputs = [];
             this.dt = 0;
             this.observed = false;
+            this.listed = data.steps.filter((step) => step.listed && step.cell !== null).map((step) => [this.places[step.cell], step.name]);
             this.body = list(this, this.program.body);
             this.reset();
         }
@@ -208,17 +215,22 @@ const Grafsynth = (() => {
             this.effects = this.program.effects.slice();
             this.fault = this.program.fault;
             this.frames = [];
+            // The transitions that fired in the last reaction, in order.
+            this.fired = [];
         }
 
         // One reaction. If the machine is observed, `frames` has one entry for each micro-step: the state before it, and what fires.
         react(inputs, dt) {
             this.inputs = inputs;
             this.dt = dt;
-            this.outputs = new Array(this.outputs.length).fill(0);
+            this.outputs.fill(0);
             this.effects = [];
             this.fault = 0;
-            this.frames = [];
-            this.before = this.observed ? this.cells.slice() : null;
+            this.fired.length = 0;
+            if (this.observed) {
+                this.frames = [];
+                this.before = this.cells.slice();
+            }
             this.body();
         }
 
@@ -227,6 +239,7 @@ const Grafsynth = (() => {
         }
 
         fires(transition) {
+            this.fired.push(transition);
             if (!this.observed) return;
             // A single check has no mark of its own: it begins with the reaction.
             if (this.frames.length === 0) this.frames.push({ before: this.before, fired: [] });
@@ -261,7 +274,9 @@ const Grafsynth = (() => {
 
         // The names of the active steps that a trace lists.
         situation() {
-            return this.data.steps.filter((step, at) => step.listed && this.isActive(at)).map((step) => step.name);
+            const names = [];
+            for (const [place, name] of this.listed) if (this.cells[place] === 1) names.push(name);
+            return names;
         }
 
         // The cells of a row of the trace, without the first column, the number of the row.
@@ -288,6 +303,11 @@ const Grafsynth = (() => {
         return Math.min(Math.max(0, lo), hi);
     }
 
+    // An error that a page can say in any language: the key of a sentence, and the values in it.
+    function problem(key, values = {}) {
+        return Object.assign(new Error(`${key} ${JSON.stringify(values)}`), { key, values });
+    }
+
     // --- stimuli and traces -----------------------------------------------------------------------------------------------------------
 
     const given = (data) => data.inputs.map((input, id) => ({ ...input, id })).filter((input) => input.kind !== "internal");
@@ -298,7 +318,7 @@ const Grafsynth = (() => {
         const lines = text.replace(/^\uFEFF+/, "").split("\n").map((line, at) => ({ number: at + 1, text: line.split("#")[0].trim() }))
             .filter((line) => line.text !== "");
         const cells = (line) => line.text.split(",").map((cell) => cell.trim());
-        if (lines.length === 0) throw new Error("the file is empty; expected a header with the names of inputs");
+        if (lines.length === 0) throw problem("csvEmpty");
         const inputs = given(data);
         const computed = new Set(data.columns.filter(([, kind]) => !["scan", "dt", "input"].includes(kind)).map(([name]) => name));
         const header = cells(lines[0]).map((name, at) => {
@@ -307,13 +327,13 @@ const Grafsynth = (() => {
             if (input) return { kind: "input", input };
             if (name === "scan" && at === 0) return { kind: "scan" };
             if (computed.has(name)) return { kind: "expected", name };
-            throw new Error(`line ${lines[0].number}: the chart has no input \`${name}\``);
+            throw problem("csvInput", { line: lines[0].number, name });
         });
         const rows = [];
         for (const line of lines.slice(1)) {
             const found = cells(line);
             if (found.length !== header.length) {
-                throw new Error(`line ${line.number}: ${found.length} cells, expected ${header.length}`);
+                throw problem("csvCells", { line: line.number, found: found.length, expected: header.length });
             }
             const row = { dt: 1, values: data.inputs.map(zero), expected: new Map(), line: line.number };
             let isReset = false;
@@ -326,7 +346,7 @@ const Grafsynth = (() => {
                 }
                 const [lo, hi] = column.kind === "input" ? column.input.type || [0, 1] : [0, data.maxDt];
                 if (!(number >= lo && number <= hi)) {
-                    throw new Error(`line ${line.number}: \`${cell}\` is not a number in ${lo}..${hi}`);
+                    throw problem("csvNumber", { line: line.number, cell, lo, hi });
                 }
                 if (column.kind === "dt") row.dt = number;
                 if (column.kind === "input") row.values[column.input.id] = number;
@@ -350,10 +370,10 @@ const Grafsynth = (() => {
         const machine = new Machine(data);
         const lines = [data.columns.map(([name]) => name).join(",")];
         lines.push([0, ...machine.row()].join(","));
-        rows.forEach((row, at) => {
+        for (const row of rows) {
             machine.react(row.values, row.dt);
-            lines.push([at + 1, ...machine.row()].join(","));
-        });
+            lines.push([lines.length - 1, ...machine.row()].join(","));
+        }
         return lines.join("\n") + "\n";
     }
 
@@ -367,21 +387,41 @@ const Grafsynth = (() => {
         return value >>> 0;
     }
 
+    // The low 24 bits of a hash as 4 digits of base64.
+    const low24 = (value) => btoa(String.fromCharCode(value >> 16 & 255, value >> 8 & 255, value & 255));
+
+    // The inputs of the reference run: ticks if they change, four Booleans in each hexadecimal digit, and the numbers.
+    function referenceRows(data) {
+        if (data.reference.rows === "") return [];
+        const bits = given(data).filter((input) => !input.type);
+        const numbers = given(data).filter((input) => input.type);
+        let dt = 1;
+        return data.reference.rows.split(",").map((text) => {
+            const [, ticks, digits, rest] = /^(?:(\d+):)?([0-9a-f]*)(.*)$/.exec(text);
+            if (ticks) dt = Number(ticks);
+            const values = data.inputs.map(zero);
+            bits.forEach((input, n) => { values[input.id] = parseInt(digits[n >> 2], 16) >> (n & 3) & 1; });
+            rest.split(".").slice(1).forEach((number, n) => { values[numbers[n].id] = Number(number); });
+            return { dt, values };
+        });
+    }
+
     // Repeats the reference run of the page, up to the first difference; yields after every few reactions, so that a page can do something else.
     function* repeat(data) {
-        const { stimulus, from, hashes } = data.reference;
-        const rows = readStimulus(data, stimulus);
+        const hashes = data.reference.hashes.match(/-|.{4}/g) || [];
+        const rows = referenceRows(data);
         const machine = new Machine(data);
-        const wanted = new Set(from.filter((state, at) => state !== at));
+        const jumps = new Map(data.reference.from);
+        const wanted = new Set(jumps.values());
         const saved = new Map([[0, machine.save()]]);
         let compared = 0;
         for (let at = 0; at < rows.length; at++) {
-            if (from[at] !== at) machine.restore(saved.get(from[at]));
+            if (jumps.has(at)) machine.restore(saved.get(jumps.get(at)));
             machine.react(rows[at].values, rows[at].dt);
             if (wanted.has(at + 1)) saved.set(at + 1, machine.save());
             const row = machine.row().join(",");
-            if (hashes[at] !== null) {
-                if (hash(row) !== hashes[at]) return { compared, different: at + 1, row };
+            if (hashes[at] !== "-") {
+                if (low24(hash(row)) !== hashes[at]) return { compared, different: at + 1, row };
                 compared += 1;
             }
             if (at % 16 === 15) yield compared;
@@ -389,88 +429,5 @@ const Grafsynth = (() => {
         return { compared, different: null };
     }
 
-    // --- sessions ---------------------------------------------------------------------------------------------------------------------
-
-    // The number of reactions between two saved states.
-    const APART = 64;
-
-    // A machine with its past: every reaction can be shown again.
-    class Session {
-        constructor(data) {
-            this.data = data;
-            this.machine = new Machine(data);
-            this.machine.observed = true;
-            this.clear();
-        }
-
-        clear() {
-            this.rows = [];
-            this.states = [];
-            this.machine.reset();
-            this.states.push(this.machine.save());
-            // The number of the reaction that is shown.
-            this.at = 0;
-        }
-
-        // One reaction after the one that is shown; the reactions that followed it are forgotten.
-        react(values, dt) {
-            this.rows.length = this.at;
-            this.states.length = Math.floor(this.at / APART) + 1;
-            this.rows.push({ dt, values: values.slice(), time: this.time() + dt });
-            this.machine.react(values, dt);
-            this.at += 1;
-            if (this.at % APART === 0) this.states.push(this.machine.save());
-        }
-
-        // The ticks from the reset to the reaction that is shown.
-        time() { return this.at === 0 ? 0 : this.rows[this.at - 1].time; }
-
-        // Shows a reaction of the past, or the last one.
-        show(at) {
-            this.at = Math.min(Math.max(at, 0), this.rows.length);
-            replay(this.machine, this, this.at);
-        }
-
-        // The cells of the rows from..to, without the first column.
-        cells(from, to) {
-            const found = [];
-            const machine = this.spare ||= new Machine(this.data);
-            replay(machine, this, from);
-            found.push(machine.row());
-            for (let at = from + 1; at <= to; at++) {
-                const row = this.rows[at - 1];
-                machine.react(row.values, row.dt);
-                found.push(machine.row());
-            }
-            return found;
-        }
-
-        stimulus() { return writeStimulus(this.data, this.rows); }
-
-        // The ticks until something that depends on time changes; null if no timer runs towards a threshold.
-        toThreshold(values) {
-            const machine = this.machine;
-            this.runs ||= this.data.timers.map((timer) => machine.evaluator(timer.runs));
-            let nearest = null;
-            this.data.timers.forEach((timer, n) => {
-                if (!this.runs[n](values, 0)) return;
-                const now = machine.cells[machine.places[timer.cell]];
-                for (const left of timer.down ? [now] : timer.at.map((at) => at - now)) {
-                    if (left > 0 && (nearest === null || left < nearest)) nearest = left;
-                }
-            });
-            return nearest;
-        }
-    }
-
-    // Brings a machine to the state after a reaction of a session.
-    function replay(machine, session, at) {
-        machine.reset();
-        if (at === 0) return;
-        const start = Math.floor((at - 1) / APART);
-        machine.restore(session.states[start]);
-        for (const row of session.rows.slice(start * APART, at)) machine.react(row.values, row.dt);
-    }
-
-    return { Machine, Session, given, hash, readStimulus, repeat, trace, writeStimulus, zero };
+    return { Machine, given, hash, problem, readStimulus, repeat, trace, writeStimulus, zero };
 })();
