@@ -21,6 +21,8 @@ pub(crate) struct Context<'a> {
     pub(crate) notation: &'a Notation,
     /// The Boolean outputs and variables of the design.
     pub(crate) booleans: &'a BTreeSet<String>,
+    /// The outputs and actions that the control of IEC 61131-3 runs, with its own timers for D and L; `None` for all.
+    pub(crate) controlled: Option<&'a BTreeSet<String>>,
     /// Receives the notation that IEC 61131-3 lacks.
     pub(crate) foreign: &'a mut BTreeSet<Foreign>,
 }
@@ -43,7 +45,7 @@ pub(crate) fn row(context: &mut Context<'_>, item: &StepItem) -> Option<Action> 
                 let word = if notation.signs == Signs::St { "IF" } else { "if" };
                 text.push_str(&format!(" {word} {}", notation.expr(condition).text));
             }
-            Some(action(context.qualifier(*how), text))
+            Some(action(context.qualifier(&target.text, *how), text))
         }
         StepItemKind::Entry(list) => Some(context.list("P1", list)),
         StepItemKind::Exit(list) => Some(context.list("P0", list)),
@@ -90,14 +92,17 @@ pub(crate) fn forced(notation: &Notation, target: &Path, order: &ForceOrder) -> 
 
 impl Context<'_> {
     /// The letters of the qualifier with its time.
-    fn qualifier(&mut self, how: ActionHow) -> String {
+    fn qualifier(&mut self, target: &str, how: ActionHow) -> String {
         let (qualifier, ns) = match how {
             ActionHow::Bare => (Qualifier::N, None),
             ActionHow::After(ns) => (Qualifier::D, Some(ns)),
             ActionHow::For(ns) => (Qualifier::L, Some(ns)),
             ActionHow::Qualified(qualifier, ns) => (qualifier, ns),
         };
-        if matches!(how, ActionHow::After(_) | ActionHow::For(_)) {
+        // Everything else is continuous: `after` and `for` compare the time of the step.
+        if matches!(how, ActionHow::After(_) | ActionHow::For(_))
+            && self.controlled.is_some_and(|names| !names.contains(target))
+        {
             self.foreign.insert(Foreign::StepTime);
         }
         let time = ns.map(|ns| format!(" {}", literal(ns))).unwrap_or_default();

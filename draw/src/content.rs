@@ -12,7 +12,7 @@ use grafsynth_ir::chart::{
     ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Expr, Item, Length,
     Library, Path, SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
-use grafsynth_ir::net::{Meta, Policy, Schedule};
+use grafsynth_ir::net::{Meta, Policy, Qualifier, Schedule};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A chart, or an expansion that has a frame of its own.
@@ -63,6 +63,7 @@ pub(crate) fn content(design: &Design, charts: &[&Chart], style: Style, words: b
         notation: Notation { signs, declared },
         style,
         booleans,
+        controlled: None,
         foreign: BTreeSet::new(),
         chart: String::new(),
         depth: 0,
@@ -77,6 +78,46 @@ pub(crate) fn content(design: &Design, charts: &[&Chart], style: Style, words: b
         foreign.insert(Foreign::Words);
     }
     Content { scopes, foreign, style, legend: Vec::new() }
+}
+
+/// The outputs with a qualifier that stores or gives a pulse, and the actions (semantics §3.5); `None` for all, if the chart declares `actions iec`.
+fn controlled(items: &[Item]) -> Option<BTreeSet<String>> {
+    let mut settings = items.iter().filter_map(Item::as_setting);
+    if settings.any(|setting| setting.kind == SettingKind::ActionsIec) {
+        return None;
+    }
+    let mut names = BTreeSet::new();
+    add_controlled(items, &mut names);
+    Some(names)
+}
+
+fn add_controlled(items: &[Item], names: &mut BTreeSet<String>) {
+    for item in items {
+        let step = match item {
+            Item::Action(one) => {
+                names.insert(one.name.text.clone());
+                continue;
+            }
+            Item::Step(step) => step,
+            Item::Enclosing(one) => {
+                add_controlled(&one.items, names);
+                &one.step
+            }
+            Item::Macro(one) => {
+                add_controlled(&one.items, names);
+                continue;
+            }
+            _ => continue,
+        };
+        for item in &step.body {
+            if let StepItemKind::Action { target, how: ActionHow::Qualified(qualifier, _), .. } =
+                &item.kind
+                && !matches!(qualifier, Qualifier::N | Qualifier::D | Qualifier::L)
+            {
+                names.insert(target.text.clone());
+            }
+        }
+    }
 }
 
 /// The name of a Boolean output or variable.
@@ -118,6 +159,8 @@ struct Reader {
     style: Style,
     /// The Boolean outputs and variables.
     booleans: BTreeSet<String>,
+    /// The outputs and actions of the chart that the control of IEC 61131-3 runs; `None` for all.
+    controlled: Option<BTreeSet<String>>,
     foreign: BTreeSet<Foreign>,
     /// The name of the chart.
     chart: String,
@@ -127,6 +170,7 @@ struct Reader {
 impl Reader {
     fn chart(&mut self, chart: &Chart) -> Scope {
         self.chart.clone_from(&chart.name.text);
+        self.controlled = controlled(&chart.items);
         if is_statechart(&chart.items) {
             let heading = headed("statechart", &chart.name.text, &chart.meta);
             return self.statechart(heading, &chart.items, Tree::of_chart(chart));
@@ -138,6 +182,7 @@ impl Reader {
 
     fn library(&mut self, library: &Library) -> Scope {
         self.chart.clone_from(&library.name.text);
+        self.controlled = controlled(&library.items);
         self.foreign.insert(Foreign::Library);
         let heading = headed("library", &library.name.text, &library.meta);
         let mut scope = if is_statechart(&library.items) {
@@ -284,6 +329,7 @@ impl Reader {
                     let mut context = action_block::Context {
                         notation: &self.notation,
                         booleans: &self.booleans,
+                        controlled: self.controlled.as_ref(),
                         foreign: &mut self.foreign,
                     };
                     symbol.actions.extend(action_block::row(&mut context, item));

@@ -276,6 +276,22 @@ fn spoiled_action_blocks_are_noticed() {
     assert!(n_spoiled > 80, "{n_spoiled}");
 }
 
+/// `after` compares the time of the step, unless the control of IEC 61131-3 runs the output; the legend says which it is.
+#[test]
+fn the_legend_says_whose_time_is_meant() {
+    let legend = "D, L: here the time since the activation of the step";
+    for (text, is_said) in [
+        ("output R\n initial step a { R after 3 s }", true),
+        ("output R\n initial step a { R after 3 s }\n step b { reset R }\n a -> b", false),
+        ("actions iec\n output R\n initial step a { R after 3 s }", false),
+        ("output R\n initial step a { R D 3 s }", false),
+    ] {
+        let svg = drawn_as_sfc(&parsed(&format!("chart g {{ {text} }}")), false);
+        assert_eq!(svg.contains(legend), is_said, "{text}");
+        assert!(svg.contains(">D T#3s</text>"), "{text}");
+    }
+}
+
 #[test]
 fn a_statechart_is_not_a_sequential_function_chart() {
     let design = parsed("chart m { state a {} }");

@@ -1,6 +1,12 @@
 //! Text in XML and HTML: every crate that writes a drawing or a page escapes names and comments with it.
 
 /// A text as content or attribute of XML and HTML. Characters that XML does not allow, and those that change the direction of text, become U+FFFD.
+///
+/// ```
+/// use grafsynth_ir::markup::escape;
+/// assert_eq!(escape("a<b> & \"c\"\n\u{1}é"), "a&lt;b&gt; &amp; &quot;c&quot; \u{FFFD}é");
+/// assert_eq!(escape("a\u{202E}b"), "a\u{FFFD}b");
+/// ```
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
