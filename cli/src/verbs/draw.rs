@@ -152,7 +152,7 @@ fn write_pages(
     if !missing.is_empty() {
         let all = missing.iter().map(|c| format!("`{c}` (U+{:04X})", u32::from(*c)));
         session.warn(&format!(
-            "the fonts of the PDF file lack {}, which are question marks in it; the SVG file shows them",
+            "the PDF file has question marks for characters that its fonts lack: {}; the SVG file shows them",
             all.collect::<Vec<_>>().join(", ")
         ));
     }
