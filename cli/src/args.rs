@@ -136,7 +136,7 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Convert a design to another format.
     Convert(Convert),
-    /// Draw a chart as a picture (.svg).
+    /// Draw a chart as a picture (.svg, .pdf).
     Draw(Draw),
     /// Write a page that shows the chart and runs it (.html).
     Page(Page),
@@ -647,18 +647,56 @@ pub(crate) struct Draw {
     /// Draw only the chart with this name (default: all charts and library charts of the file).
     #[arg(long, value_name = "NAME")]
     pub(crate) chart: Option<String>,
-    /// Write conditions with words (`not a and b`) instead of the signs of Grafcet.
+    /// Notation of the drawing.
+    #[arg(long, value_name = "STYLE", value_enum, default_value_t)]
+    pub(crate) style: DrawStyle,
+    /// Write conditions with words (`not a and b`) instead of the signs of Grafcet or of structured text.
     #[arg(long)]
     pub(crate) words: bool,
     /// Draw a situation: the names of the active steps or states, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) active: Vec<String>,
+    /// Show the part of each step and transition: a partition file (STEM.split of `split`).
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) split: Option<String>,
+    /// Show in how many reactions of a stimulus (CSV) each step was active and each transition fired, and which never were.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) coverage: Option<String>,
+    /// Draw the chart once for each situation of a trace (CSV of `check --trace` or `sim --trace`), with its active steps.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "active")]
+    pub(crate) frames: Option<String>,
+    /// Divide the drawing into pages of this size: STEM-1.svg, STEM-2.svg and so on, or one file with `-o FILE.pdf` (default: A4).
+    #[arg(long, value_name = "SIZE", ignore_case = true)]
+    pub(crate) page: Option<PaperSize>,
     /// Leave parts blank, for exercises.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) blank: Vec<BlankPart>,
-    /// File to write; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
+    /// File to write, `.svg` or `.pdf`; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+}
+
+/// The sizes of `draw --page`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PaperSize {
+    /// 210 mm x 297 mm
+    #[value(name = "A4")]
+    A4,
+    /// 297 mm x 420 mm
+    #[value(name = "A3")]
+    A3,
+    /// 8.5 in x 11 in
+    Letter,
+}
+
+/// The notations of `draw --style`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum DrawStyle {
+    /// Grafcet (IEC 60848); statecharts in UML
+    #[default]
+    Grafcet,
+    /// Sequential function chart (IEC 61131-3): action blocks, conditions in structured text
+    Sfc,
 }
 
 /// What `draw --blank` leaves blank.

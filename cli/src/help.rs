@@ -83,7 +83,9 @@ const EXAMPLES: [(&str, &str); 15] = [
     (
         "draw",
         "  grafsynth draw plant.graf                # plant.svg, in the notation of IEC 60848
-  grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words",
+  grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words
+  grafsynth draw plant.graf --style sfc    # as a sequential function chart of IEC 61131-3
+  grafsynth draw plant.graf --coverage plant.csv -o plant.pdf  # on pages of A4, with the coverage of a stimulus",
     ),
     (
         "page",

@@ -2,6 +2,7 @@
 
 mod case_files;
 mod counterexamples;
+mod drawings;
 mod edited_c;
 mod empty;
 mod exit_codes;

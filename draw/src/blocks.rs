@@ -391,7 +391,8 @@ impl Blocks<'_> {
         whole
     }
 
-    /// Adds the columns of links that lead up, the shortest first.
+    /// Adds the columns of links that lead up: the shortest first, and of equal ones first those that begin near the side, so that each encloses the ones
+    /// before.
     fn add_ups(&mut self, node: usize, whole: &mut Item) {
         let mut ups = std::mem::take(&mut self.ups[node]);
         let rows = |arc: usize| {
@@ -400,21 +401,33 @@ impl Blocks<'_> {
             let above = usize::from(self.order.turns_above(self.graph, arc));
             self.order.row[self.graph.arcs[arc].to] - above..=bottom + below
         };
-        ups.sort_by_key(|arc| (rows(*arc).end() - rows(*arc).start(), *arc));
-        for arc in ups {
-            let start = match self.down[arc] {
-                Some((from, dx)) => self.offset(from, node) + dx,
-                None => self.offset(self.graph.arcs[arc].from, node),
-            };
-            let goal = self.offset(self.graph.arcs[arc].to, node);
-            let ends = || rows(arc).filter_map(|row| whole.outline.at(row));
+        let start = |arc: usize| match self.down[arc] {
+            Some((from, dx)) => self.offset(from, node) + dx,
+            None => self.offset(self.graph.arcs[arc].from, node),
+        };
+        let sides = |outline: &Outline, arc: usize| {
+            let ends = || rows(arc).filter_map(|row| outline.at(row));
             let left = ends().map(|(left, _)| left).min().unwrap_or(0) - LANE;
-            let right = ends().map(|(_, right)| right).max().unwrap_or(0) + LANE;
+            (left, ends().map(|(_, right)| right).max().unwrap_or(0) + LANE)
+        };
+        ups.sort_by_cached_key(|arc| {
+            let (left, right) = sides(&whole.outline, *arc);
+            let start = start(*arc);
+            (rows(*arc).end() - rows(*arc).start(), (start - left).min(right - start), *arc)
+        });
+        let mut columns = Vec::new();
+        for arc in ups {
+            let start = start(arc);
+            let goal = self.offset(self.graph.arcs[arc].to, node);
+            let (left, right) = sides(&whole.outline, arc);
             // The shorter way around the block.
             let x = if 2 * right - start - goal < start + goal - 2 * left { right } else { left };
             for row in rows(arc) {
                 whole.outline.add(row, x - LANE / 2, x + LANE / 2);
             }
+            columns.push((arc, x));
+        }
+        for (arc, x) in columns {
             self.up[arc] = Some((node, x));
         }
     }

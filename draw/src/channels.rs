@@ -25,6 +25,8 @@ pub(crate) struct Placed {
     pub(crate) nodes: Vec<(i64, i64)>,
     /// Lines from point to point, horizontal or vertical.
     pub(crate) lines: Vec<[i64; 4]>,
+    /// For each of the first lines, which are the vertical ones, the node whose link it is; the step if it joins a step and a transition.
+    pub(crate) owners: Vec<usize>,
     /// Double lines: left, right, and the height between both.
     pub(crate) doubles: Vec<[i64; 3]>,
     /// Points of links that lead up, for an arrow.
@@ -57,12 +59,24 @@ impl Horizontal {
         Horizontal { left, right, is_double, above, below, track: 0, feeds: None }
     }
 
+    fn preference(&self) -> Preference {
+        match (self.above.is_empty(), self.below.is_empty()) {
+            (false, true) => (0, self.right - self.left),
+            (true, false) => (2, self.left - self.right),
+            _ => (1, self.left),
+        }
+    }
+
     /// The columns that no other line of the same track may touch.
     fn reach(&self) -> (i64, i64) {
         let more = if self.is_double { OVERHANG + NEAR / 2 } else { NEAR / 2 };
         (self.left - more, self.right + more)
     }
 }
+
+/// Where a line should be in its channel, from top to bottom: lines whose ends all lead up, the shortest first, then lines with ends on both sides from left
+/// to right, then lines whose ends all lead down, the longest first. So a line is not crossed by the ends of the lines that it encloses.
+type Preference = (u8, i64);
 
 /// A horizontal line by its channel and its number there.
 type Place = (usize, usize);
@@ -82,6 +96,8 @@ struct Vertical {
     top: End,
     bottom: End,
     leads_up: bool,
+    /// The node whose link it is.
+    owner: usize,
 }
 
 /// The routing in progress. Channel `r` is above row `r`.
@@ -187,7 +203,8 @@ impl Routes<'_> {
         for node in 0..self.graph.nodes.len() {
             let x = self.columns.x[node];
             let mut add = |top, bottom| {
-                self.verticals.push(Vertical { x, top, bottom, leads_up: false });
+                let owner = node;
+                self.verticals.push(Vertical { x, top, bottom, leads_up: false, owner });
             };
             if let Some(line) = self.below[node] {
                 add(End::Symbol(node), End::Line(line));
@@ -201,8 +218,9 @@ impl Routes<'_> {
             let mut top = self.below[ends.from].map_or(End::Symbol(ends.from), End::Line);
             let bottom = self.above[ends.to].map_or(End::Symbol(ends.to), End::Line);
             let start = self.start(arc);
+            let owner = if self.graph.nodes[ends.from].is_transition { ends.to } else { ends.from };
             let mut add = |x, top, bottom, leads_up| {
-                self.verticals.push(Vertical { x, top, bottom, leads_up });
+                self.verticals.push(Vertical { x, top, bottom, leads_up, owner });
             };
             let Some(up) = self.columns.up[arc] else {
                 add(start, top, bottom, false);
@@ -264,7 +282,8 @@ impl Routes<'_> {
         };
         let by = End::Line((line.0, by));
         let bottom = std::mem::replace(&mut self.verticals[index].bottom, by);
-        self.verticals.push(Vertical { x: to, top: by, bottom, leads_up: false });
+        let owner = self.verticals[index].owner;
+        self.verticals.push(Vertical { x: to, top: by, bottom, leads_up: false, owner });
     }
 
     fn coordinates(self, n_rows: usize) -> Placed {
@@ -308,6 +327,7 @@ impl Routes<'_> {
                 End::Line(line) => line_y(line) - if double(line) { HALF } else { 0 },
             };
             placed.lines.push([vertical.x, top, vertical.x, bottom]);
+            placed.owners.push(vertical.owner);
             if vertical.leads_up {
                 // In the middle of a row, where no horizontal line is.
                 let middle = top + (bottom - top) / 2;
@@ -435,8 +455,8 @@ fn sorted(lines: &[Horizontal], downs: &[Vec<(usize, i64)>]) -> Result<Vec<usize
     for (below, _) in downs.iter().flatten() {
         n_above[*below] += 1;
     }
-    let mut ready: BTreeSet<(i64, usize)> = BTreeSet::new();
-    let key = |index: usize| (lines[index].left, index);
+    let mut ready: BTreeSet<(Preference, usize)> = BTreeSet::new();
+    let key = |index: usize| (lines[index].preference(), index);
     ready.extend((0..lines.len()).filter(|index| n_above[*index] == 0).map(key));
     let mut order = Vec::new();
     while let Some((_, index)) = ready.pop_first() {

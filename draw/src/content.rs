@@ -1,15 +1,18 @@
 //! A chart as symbols and links.
 
-use crate::notation::{Notation, duration, path, quoted, word};
-use crate::picture::Element;
+use crate::Style;
+use crate::action_block::{self, forced};
+use crate::foreign::{Foreign, note_expr, note_list};
+use crate::notation::{Notation, Signs, duration, path, quoted, word};
+use crate::picture::{Element, Pen};
 use crate::states::Tree;
 use crate::symbol::{Action, Kind, Symbol, When};
 use crate::text::Rich;
 use grafsynth_ir::chart::{
-    ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Expr, ForceOrder, Item,
-    Length, Library, Path, SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
+    ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Expr, Item, Length,
+    Library, Path, SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
-use grafsynth_ir::net::{Meta, Policy, Schedule};
+use grafsynth_ir::net::{Meta, Policy, Qualifier, Schedule};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A chart, or an expansion that has a frame of its own.
@@ -27,53 +30,18 @@ pub(crate) struct Scope {
     pub(crate) states: Option<Tree>,
 }
 
-/// Notation that is not part of IEC 60848, for the legend.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Foreign {
-    Qualifier,
-    Otherwise,
-    Priority,
-    Reaction,
-    Task,
-    Code,
-    Count,
-    Restart,
-    Library,
-    Words,
-    Hold,
-    Emergency,
-}
-
-impl Foreign {
-    pub(crate) fn meaning(self) -> &'static str {
-        match self {
-            Foreign::Qualifier => "N, R, S, P, L, D, SD, DS, SL: action block of IEC 61131-3",
-            Foreign::Otherwise => "otherwise: no earlier transition from the same step is fireable",
-            Foreign::Priority => "priority n: rank in conflicts, 1 first",
-            Foreign::Reaction => "on: runs while the step is active and the condition is true",
-            Foreign::Task => {
-                "task: work of the step that is not interrupted; budget: work per reaction"
-            }
-            Foreign::Code => "code: code in a target language",
-            Foreign::Count => "count: counted step, which contains the number of its activations",
-            Foreign::Restart => "restart, deadline: clauses of the chart language",
-            Foreign::Library => "a named box with `name : chart`: an instance of a library chart",
-            Foreign::Words => "and, or, not, …: the words of the chart language",
-            Foreign::Hold => "timer, action: a named condition or list that the chart uses",
-            Foreign::Emergency => "emergency: while true, all outputs have their safe values",
-        }
-    }
-}
-
 /// All parts of a design that are drawn.
 #[derive(Debug, Default)]
 pub(crate) struct Content {
     pub(crate) scopes: Vec<Scope>,
     pub(crate) foreign: BTreeSet<Foreign>,
+    pub(crate) style: Style,
+    /// The explanations of colours and letters, each with its colour, if it has one.
+    pub(crate) legend: Vec<(Option<Pen>, String)>,
 }
 
-/// Collects the content of the design or of one chart.
-pub(crate) fn content(design: &Design, charts: &[&Chart], words: bool) -> Content {
+/// Collects the content of the design or of one chart, with conditions in the words of the chart language or in the signs of the style.
+pub(crate) fn content(design: &Design, charts: &[&Chart], style: Style, words: bool) -> Content {
     let mut declared = BTreeSet::new();
     design.charts.iter().for_each(|chart| declare(&chart.items, &mut declared));
     for library in &design.libraries {
@@ -81,20 +49,86 @@ pub(crate) fn content(design: &Design, charts: &[&Chart], words: bool) -> Conten
         declared.extend(library.parameters.iter().map(|one| one.declaration.name.text.clone()));
     }
     declared.extend(design.charts.iter().map(|chart| chart.name.text.clone()));
+    let mut booleans = BTreeSet::new();
+    let libraries = design.libraries.iter().map(|library| &library.items);
+    for items in design.charts.iter().map(|chart| &chart.items).chain(libraries) {
+        booleans.extend(items.iter().filter_map(boolean));
+    }
+    let signs = match style {
+        _ if words => Signs::Words,
+        Style::Grafcet => Signs::Grafcet,
+        Style::Sfc => Signs::St,
+    };
     let mut reader = Reader {
-        notation: Notation { words, declared },
+        notation: Notation { signs, declared },
+        style,
+        booleans,
+        controlled: None,
         foreign: BTreeSet::new(),
         chart: String::new(),
         depth: 0,
     };
-    if words {
-        reader.foreign.insert(Foreign::Words);
-    }
     let mut scopes: Vec<Scope> = charts.iter().map(|chart| reader.chart(chart)).collect();
     if charts.len() == design.charts.len() {
         scopes.extend(design.libraries.iter().map(|library| reader.library(library)));
     }
-    Content { scopes, foreign: reader.foreign }
+    let mut foreign = reader.foreign;
+    if words {
+        foreign.retain(|it| !it.is_in_text());
+        foreign.insert(Foreign::Words);
+    }
+    Content { scopes, foreign, style, legend: Vec::new() }
+}
+
+/// The outputs with a qualifier that stores or gives a pulse, and the actions (semantics §3.5); `None` for all, if the chart declares `actions iec`.
+fn controlled(items: &[Item]) -> Option<BTreeSet<String>> {
+    let mut settings = items.iter().filter_map(Item::as_setting);
+    if settings.any(|setting| setting.kind == SettingKind::ActionsIec) {
+        return None;
+    }
+    let mut names = BTreeSet::new();
+    add_controlled(items, &mut names);
+    Some(names)
+}
+
+fn add_controlled(items: &[Item], names: &mut BTreeSet<String>) {
+    for item in items {
+        let step = match item {
+            Item::Action(one) => {
+                names.insert(one.name.text.clone());
+                continue;
+            }
+            Item::Step(step) => step,
+            Item::Enclosing(one) => {
+                add_controlled(&one.items, names);
+                &one.step
+            }
+            Item::Macro(one) => {
+                add_controlled(&one.items, names);
+                continue;
+            }
+            _ => continue,
+        };
+        for item in &step.body {
+            if let StepItemKind::Action { target, how: ActionHow::Qualified(qualifier, _), .. } =
+                &item.kind
+                && !matches!(qualifier, Qualifier::N | Qualifier::D | Qualifier::L)
+            {
+                names.insert(target.text.clone());
+            }
+        }
+    }
+}
+
+/// The name of a Boolean output or variable.
+fn boolean(item: &Item) -> Option<String> {
+    let one = item.as_declaration()?;
+    let (DeclarationKind::Output { ty, .. } | DeclarationKind::Var { ty, len: None, .. }) =
+        &one.kind
+    else {
+        return None;
+    };
+    ty.is_bool().then(|| one.name.text.clone())
 }
 
 /// Adds all names declared in a list of items.
@@ -122,6 +156,11 @@ fn declare(items: &[Item], names: &mut BTreeSet<String>) {
 
 struct Reader {
     notation: Notation,
+    style: Style,
+    /// The Boolean outputs and variables.
+    booleans: BTreeSet<String>,
+    /// The outputs and actions of the chart that the control of IEC 61131-3 runs; `None` for all.
+    controlled: Option<BTreeSet<String>>,
     foreign: BTreeSet<Foreign>,
     /// The name of the chart.
     chart: String,
@@ -131,16 +170,19 @@ struct Reader {
 impl Reader {
     fn chart(&mut self, chart: &Chart) -> Scope {
         self.chart.clone_from(&chart.name.text);
+        self.controlled = controlled(&chart.items);
         if is_statechart(&chart.items) {
             let heading = headed("statechart", &chart.name.text, &chart.meta);
             return self.statechart(heading, &chart.items, Tree::of_chart(chart));
         }
-        let heading = headed("G", &chart.name.text, &chart.meta);
+        let kind = if self.style == Style::Sfc { "SFC" } else { "G" };
+        let heading = headed(kind, &chart.name.text, &chart.meta);
         self.scope(heading, &chart.name.text, &chart.items)
     }
 
     fn library(&mut self, library: &Library) -> Scope {
         self.chart.clone_from(&library.name.text);
+        self.controlled = controlled(&library.items);
         self.foreign.insert(Foreign::Library);
         let heading = headed("library", &library.name.text, &library.meta);
         let mut scope = if is_statechart(&library.items) {
@@ -158,12 +200,12 @@ impl Reader {
 
     /// A statechart, with the words of the chart language in its remarks, too.
     fn statechart(&mut self, heading: String, items: &[Item], states: Tree) -> Scope {
-        let words = std::mem::replace(&mut self.notation.words, true);
+        let signs = std::mem::replace(&mut self.notation.signs, Signs::Words);
         // What IEC 60848 lacks is of no interest here.
         let foreign = self.foreign.clone();
         let mut remarks = settings(items);
         remarks.extend(items.iter().filter_map(|item| self.remark(item)));
-        (self.notation.words, self.foreign) = (words, foreign);
+        (self.notation.signs, self.foreign) = (signs, foreign);
         Scope { heading, remarks, states: Some(states), ..Scope::default() }
     }
 
@@ -179,11 +221,13 @@ impl Reader {
                 Item::Step(step) => (self.step(step, Kind::Step), &step.name, &step.meta),
                 Item::Enclosing(one) => {
                     let id = format!("{prefix}.{}", one.step.name.text);
+                    self.foreign.insert(Foreign::Enclosing);
                     let heading = headed("", &one.step.name.text, &Meta::default());
                     inner.push(self.scope(heading, &id, &one.items));
                     (self.step(&one.step, Kind::EnclosingStep), &one.step.name, &one.step.meta)
                 }
                 Item::MacroStep(one) => {
+                    self.foreign.insert(Foreign::Macro);
                     let mut symbol = Symbol::new(Kind::MacroStep, &one.name.text);
                     set_role(&mut symbol, one.role);
                     symbol.remarks.push(format!("= {}", word(&one.body.text)));
@@ -199,7 +243,7 @@ impl Reader {
                         let name = word(&argument.parameter.text);
                         symbol.remarks.push(match &argument.value {
                             ArgumentValue::Reads(expr) => {
-                                let words = Notation { words: true, ..Notation::default() };
+                                let words = Notation { signs: Signs::Words, ..Notation::default() };
                                 format!("{name} = {}", words.expr(expr).text)
                             }
                             ArgumentValue::Drives(target) => format!("{name} → {}", path(target)),
@@ -252,12 +296,14 @@ impl Reader {
             }
             Item::Action(one) if !one.body.is_empty() => {
                 self.foreign.insert(Foreign::Hold);
+                note_list(&mut self.foreign, &one.body);
                 let name = word(&one.name.text);
                 (Rich::plain(format!("action {name}: {}", self.notation.block(&one.body))), None)
             }
             _ => return None,
         };
         if let Some(condition) = condition {
+            note_expr(&mut self.foreign, condition);
             text.append(&self.notation.expr(condition));
         }
         Some(text)
@@ -271,8 +317,25 @@ impl Reader {
             symbol.left.push_str(star);
         }
         let own = Path::from(step.name.clone());
+        symbol.is_stacked = self.style == Style::Sfc;
         for item in &step.body {
-            self.item(&mut symbol, &own, item);
+            match &item.kind {
+                StepItemKind::Priority(rank) => self.priority(&mut symbol, Some(*rank)),
+                StepItemKind::Budget(cost) => {
+                    self.foreign.insert(Foreign::Task);
+                    symbol.remarks.push(format!("budget {cost}"));
+                }
+                _ if symbol.is_stacked => {
+                    let mut context = action_block::Context {
+                        notation: &self.notation,
+                        booleans: &self.booleans,
+                        controlled: self.controlled.as_ref(),
+                        foreign: &mut self.foreign,
+                    };
+                    symbol.actions.extend(action_block::row(&mut context, item));
+                }
+                _ => symbol.actions.push(self.action(&own, item)),
+            }
         }
         if let Some(count) = step.count {
             self.foreign.insert(Foreign::Count);
@@ -283,19 +346,14 @@ impl Reader {
         symbol
     }
 
-    fn item(&mut self, symbol: &mut Symbol, step: &Path, item: &StepItem) {
-        let mut action = Action {
-            qualifier: String::new(),
-            when: When::Always,
-            text: Rich::default(),
-            condition: None,
-            is_forcing: false,
-        };
+    /// The box of an item in the notation of Grafcet.
+    fn action(&mut self, step: &Path, item: &StepItem) -> Action {
+        let mut action = Action::default();
         match &item.kind {
             StepItemKind::Action { target, arguments, how, condition } => {
                 action.text = Rich::plain(word(&target.text));
                 if let Some(arguments) = arguments {
-                    let words = Notation { words: true, ..Notation::default() };
+                    let words = Notation { signs: Signs::Words, ..Notation::default() };
                     let all: Vec<String> =
                         arguments.iter().map(|one| words.expr(one).text).collect();
                     action.text.push(&format!("({})", all.join(", ")));
@@ -317,12 +375,7 @@ impl Reader {
                 let events: Vec<String> = events.iter().map(|name| name.text.clone()).collect();
                 action.condition = self.condition(&events, guard.as_ref(), &[]);
             }
-            StepItemKind::Priority(rank) => return self.priority(symbol, Some(*rank)),
-            StepItemKind::Budget(cost) => {
-                self.foreign.insert(Foreign::Task);
-                symbol.remarks.push(format!("budget {cost}"));
-                return;
-            }
+            StepItemKind::Priority(_) | StepItemKind::Budget(_) => {}
             StepItemKind::Task { name, cost, body } => {
                 self.foreign.insert(Foreign::Task);
                 let cost = cost.map(|cost| format!(" cost {cost}")).unwrap_or_default();
@@ -337,18 +390,10 @@ impl Reader {
             }
             StepItemKind::Force { target, order } => {
                 action.is_forcing = true;
-                let order = match order {
-                    ForceOrder::Situation(steps) => {
-                        let steps: Vec<String> = steps.iter().map(path).collect();
-                        steps.join(", ")
-                    }
-                    ForceOrder::Init => "INIT".to_owned(),
-                    ForceOrder::Hold => "*".to_owned(),
-                };
-                action.text = Rich::plain(format!("G {} {{{order}}}", path(target)));
+                action.text = Rich::plain(forced(&self.notation, target, order));
             }
         }
-        symbol.actions.push(action);
+        action
     }
 
     /// Adds the qualifier and the condition of an action.
@@ -360,7 +405,7 @@ impl Reader {
             ActionHow::For(ns) => {
                 let elapsed = self.notation.elapsed(step, ns);
                 let mut not = Rich::default();
-                if self.notation.words {
+                if self.notation.signs == Signs::Words {
                     not.push("not (");
                     not.append(&elapsed);
                     not.push(")");
@@ -410,6 +455,7 @@ impl Reader {
             parts.push(self.notation.any_of(events));
         }
         if let Some(guard) = guard {
+            note_expr(&mut self.foreign, guard);
             parts.push(if n_parts > 1 {
                 self.notation.operand(guard)
             } else {
@@ -434,7 +480,8 @@ impl Reader {
                 let time = |step: &Path| match length {
                     Length::Ns(ns) => self.notation.elapsed(step, *ns),
                     Length::Named(name) => {
-                        self.notation.compared(&format!("{}.t", path(step)), ">=", &path(name))
+                        let time = self.notation.time(step);
+                        self.notation.compared(&time, ">=", &self.notation.path(name))
                     }
                 };
                 sources.map(time).collect()
@@ -454,17 +501,16 @@ impl Reader {
             let text = self.notation.block(&transition.actions);
             scope.symbols[step].actions.push(Action {
                 qualifier: "on".to_owned(),
-                when: When::Always,
                 text: Rich::plain(name.unwrap_or_default() + &text),
                 condition,
-                is_forcing: false,
+                ..Action::default()
             });
             return;
         }
         let name = transition.name.as_ref().map(|name| name.text.clone()).unwrap_or_default();
         let mut symbol = Symbol::new(Kind::Transition, name);
-        let always = if self.notation.words { "true" } else { "1" };
-        symbol.receptivity = Some(condition.unwrap_or_else(|| Rich::plain(always)));
+        symbol.receptivity =
+            Some(condition.unwrap_or_else(|| Rich::plain(self.notation.truth(true))));
         self.priority(&mut symbol, transition.priority);
         if transition.restart || transition.deadline_ns.is_some() {
             self.foreign.insert(Foreign::Restart);
@@ -477,17 +523,17 @@ impl Reader {
         }
         about(&mut symbol, &transition.meta);
         if !transition.actions.is_empty() {
-            symbol.actions.push(Action {
-                qualifier: String::new(),
-                when: When::Always,
-                text: Rich::plain(self.notation.block(&transition.actions)),
-                condition: None,
-                is_forcing: false,
-            });
+            self.foreign.insert(Foreign::OnFiring);
+            note_list(&mut self.foreign, &transition.actions);
+            let text = Rich::plain(self.notation.block(&transition.actions));
+            symbol.actions.push(Action { text, ..Action::default() });
         }
         symbol.element = Some(Element { id: id.to_owned(), span: transition.meta.span });
         let own = scope.symbols.len();
         scope.symbols.push(symbol);
+        if transition.sources.is_empty() || transition.targets.is_empty() {
+            self.foreign.insert(Foreign::Open);
+        }
         for step in &transition.sources {
             let from = self.end(scope, steps, step, true);
             scope.links.push((from, own));
@@ -511,6 +557,7 @@ impl Reader {
         }
         let text =
             if is_source { format!("{} →", path(step)) } else { format!("→ {}", path(step)) };
+        self.foreign.insert(Foreign::Open);
         scope.symbols.push(Symbol::new(Kind::Reference, text));
         scope.symbols.len() - 1
     }
@@ -586,19 +633,23 @@ fn settings(items: &[Item]) -> Vec<Rich> {
     line.into_iter().collect()
 }
 
+/// A conflict policy as in the chart language.
+pub(crate) fn policy(policy: Policy) -> &'static str {
+    match policy {
+        Policy::All => "all",
+        Policy::Priority => "priority",
+        Policy::PriorityAge => "priority-age",
+        Policy::InnerFirst => "inner-first",
+        Policy::OuterFirst => "outer-first",
+    }
+}
+
 /// A setting as in the chart language.
 fn setting(kind: &SettingKind) -> String {
     match kind {
         SettingKind::Tick(ns) => format!("tick {}", duration(*ns)),
         SettingKind::Conflict(policy) => {
-            let policy = match policy {
-                Policy::All => "all",
-                Policy::Priority => "priority",
-                Policy::PriorityAge => "priority-age",
-                Policy::InnerFirst => "inner-first",
-                Policy::OuterFirst => "outer-first",
-            };
-            format!("conflict {policy}")
+            format!("conflict {}", self::policy(*policy))
         }
         SettingKind::EvolutionSingle => "evolution single".to_owned(),
         SettingKind::EvolutionStable(None) => "evolution stable".to_owned(),

@@ -18,11 +18,12 @@ pub(crate) fn draw(tree: &Tree) -> Picture {
     let mut picture = std::mem::take(&mut whole.picture);
     for Piece { edge, from, to } in joined(whole.pieces) {
         let element = tree.edges[edge].element.clone();
-        picture.marks.push(Mark { shape: Shape::Line { from, to, pen: Pen::Line }, element });
+        let shape = Shape::Line { from, to, pen: Pen::Line };
+        picture.marks.push(Mark { element, ..shape.into() });
     }
     for (edge, (x, y), way) in whole.arrows {
         let element = tree.edges[edge].element.clone();
-        picture.marks.push(Mark { shape: Shape::Arrow { x, y, way }, element });
+        picture.marks.push(Mark { element, ..Shape::Arrow { x, y, way }.into() });
     }
     (picture.width, picture.height) = (whole.width, whole.height);
     picture

@@ -1,4 +1,4 @@
-//! Expressions and statements as text: with the signs of Grafcet, or with the words of the chart language.
+//! Expressions and statements as text: with the signs of Grafcet, with those of structured text (ST), or with the words of the chart language.
 
 use crate::text::Rich;
 use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
@@ -38,11 +38,28 @@ const RESERVED: [&str; 16] = [
     "fall",
 ];
 
+/// The words of structured text that are not names in it; letter case is ignored.
+const ST_RESERVED: [&str; 14] = [
+    "AND", "OR", "XOR", "NOT", "MOD", "TRUE", "FALSE", "IF", "THEN", "ELSE", "END_IF", "SEL",
+    "R_TRIG", "F_TRIG",
+];
+
+/// The signs and words of conditions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Signs {
+    /// The signs of Grafcet: `a · b`, a line over a complement.
+    #[default]
+    Grafcet,
+    /// The words of the chart language: `a and not b`.
+    Words,
+    /// Structured text: `a AND NOT b`; what it lacks has the words of the chart language.
+    St,
+}
+
 /// How the expressions of one design are written.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Notation {
-    /// True for the words of the chart language, false for the signs of Grafcet.
-    pub(crate) words: bool,
+    pub(crate) signs: Signs,
     /// All names that the design declares: `Xp` is the activity of step `p` only if nothing else is called `Xp`.
     pub(crate) declared: BTreeSet<String>,
 }
@@ -69,14 +86,14 @@ impl Notation {
     /// An expression as an operand of AND.
     pub(crate) fn operand(&self, expr: &Expr) -> Rich {
         let mut out = Rich::default();
-        let level = if self.words { Level::Not } else { Level::And };
+        let level = if self.is_spelled() { Level::Not } else { Level::And };
         self.write(&mut out, expr, level);
         out
     }
 
     /// One of several events as an operand of AND.
     pub(crate) fn any_of(&self, names: &[String]) -> Rich {
-        let names: Vec<String> = names.iter().map(|name| word(name)).collect();
+        let names: Vec<String> = names.iter().map(|name| self.word(name)).collect();
         match names.as_slice() {
             [only] => Rich::plain(only),
             several => Rich::plain(format!("({})", several.join(self.or()))),
@@ -86,32 +103,71 @@ impl Notation {
     /// True once the step has been active for `ns`, as an operand of AND.
     pub(crate) fn elapsed(&self, step: &Path, ns: u64) -> Rich {
         match self.activity(step) {
-            Some(activity) => Rich::plain(format!("{}/{activity}", duration(ns))),
-            None => self.compared(&format!("{}.t", path(step)), ">=", &duration(ns)),
+            Some(activity) => Rich::plain(format!("{}/{activity}", self.duration(ns))),
+            None => self.compared(&self.time(step), ">=", &self.duration(ns)),
         }
     }
 
     /// A comparison as an operand of AND.
     pub(crate) fn compared(&self, left: &str, symbol: &str, right: &str) -> Rich {
-        Rich::plain(match (self.words, symbol) {
+        Rich::plain(match (self.is_spelled(), symbol) {
             (true, _) => format!("{left} {symbol} {right}"),
             (false, ">=") => format!("[{left} ≥ {right}]"),
             (false, _) => format!("[{left} {symbol} {right}]"),
         })
     }
 
+    /// The time of a step as an operand of a comparison.
+    pub(crate) fn time(&self, step: &Path) -> String {
+        format!("{}.{}", self.path(step), if self.signs == Signs::St { "T" } else { "t" })
+    }
+
+    /// A duration; in structured text a literal.
+    pub(crate) fn duration(&self, ns: u64) -> String {
+        if self.signs == Signs::St { literal(ns) } else { duration(ns) }
+    }
+
+    /// A name; one that is not a plain word, or is a word of the notation, is in backquotes.
+    pub(crate) fn word(&self, name: &str) -> String {
+        let is_taken = |word: &str| word.eq_ignore_ascii_case(name);
+        if self.signs == Signs::St && ST_RESERVED.iter().any(|word| is_taken(word)) {
+            format!("`{name}`")
+        } else {
+            word(name)
+        }
+    }
+
+    /// A path; names that are not plain words are in backquotes.
+    pub(crate) fn path(&self, path: &Path) -> String {
+        let names: Vec<String> = path.names.iter().map(|name| self.word(&name.text)).collect();
+        names.join(".")
+    }
+
+    /// True for words, false for signs with overlines and brackets.
+    fn is_spelled(&self) -> bool {
+        self.signs != Signs::Grafcet
+    }
+
     fn and(&self) -> &'static str {
-        if self.words { " and " } else { " · " }
+        self.choose(" · ", " and ", " AND ")
     }
 
     fn or(&self) -> &'static str {
-        if self.words { " or " } else { " + " }
+        self.choose(" + ", " or ", " OR ")
+    }
+
+    fn choose(&self, grafcet: &'static str, words: &'static str, st: &'static str) -> &'static str {
+        match self.signs {
+            Signs::Grafcet => grafcet,
+            Signs::Words => words,
+            Signs::St => st,
+        }
     }
 
     /// `Xp` for the activity of step `p`, if this is unambiguous.
     fn activity(&self, step: &Path) -> Option<String> {
         let text = path(step);
-        let first = step.names.first().filter(|_| !self.words)?;
+        let first = step.names.first().filter(|_| !self.is_spelled())?;
         let is_own = is_word(&first.text) && !self.declared.contains(&format!("X{}", first.text));
         is_own.then(|| format!("X{text}"))
     }
@@ -128,8 +184,8 @@ impl Notation {
             }
             ExprKind::Or(_) => Level::Or,
             ExprKind::And(_) => Level::And,
-            ExprKind::Not(_) if self.words => Level::Not,
-            ExprKind::Compare(..) if self.words => Level::Compare,
+            ExprKind::Not(_) if self.is_spelled() => Level::Not,
+            ExprKind::Compare(..) if self.is_spelled() => Level::Compare,
             ExprKind::Arith(op, _, b) if is_complement(*op, b) => Level::Prefix,
             ExprKind::Arith(op, ..) if op.is_sum() => Level::Add,
             ExprKind::Arith(..) => Level::Mul,
@@ -148,13 +204,8 @@ impl Notation {
         }
     }
 
-    fn truth(&self, value: bool) -> &'static str {
-        match (self.words, value) {
-            (true, true) => "true",
-            (true, false) => "false",
-            (false, true) => "1",
-            (false, false) => "0",
-        }
+    pub(crate) fn truth(&self, value: bool) -> &'static str {
+        if value { self.choose("1", "true", "TRUE") } else { self.choose("0", "false", "FALSE") }
     }
 
     fn write_bare(&self, out: &mut Rich, expr: &Expr) {
@@ -168,8 +219,8 @@ impl Notation {
                 self.write(out, index, Level::Open);
                 out.push("]");
             }
-            ExprKind::Not(inner) if self.words => {
-                out.push("not ");
+            ExprKind::Not(inner) if self.is_spelled() => {
+                out.push(self.choose("", "not ", "NOT "));
                 let is_not = matches!(inner.kind, ExprKind::Not(_));
                 self.write(out, inner, if is_not { Level::Not } else { Level::Prefix });
             }
@@ -178,9 +229,12 @@ impl Notation {
                 self.write(out, inner, Level::Open);
                 out.overline(start);
             }
-            ExprKind::And(all) => {
-                self.list(out, all, self.and(), if self.words { Level::Not } else { Level::And })
-            }
+            ExprKind::And(all) => self.list(
+                out,
+                all,
+                self.and(),
+                if self.is_spelled() { Level::Not } else { Level::And },
+            ),
             ExprKind::Or(all) => self.list(out, all, self.or(), Level::And),
             ExprKind::Compare(op, a, b) => self.compare(out, *op, a, b),
             ExprKind::Neg(inner) => {
@@ -194,6 +248,15 @@ impl Notation {
                 }
             }
             ExprKind::Arith(op, a, b) => self.arith(out, *op, a, b),
+            ExprKind::Select(condition, a, b) if self.signs == Signs::St => {
+                // SEL has the value for FALSE first.
+                out.push("SEL(");
+                for (index, operand) in [condition, b, a].into_iter().enumerate() {
+                    out.push(if index > 0 { ", " } else { "" });
+                    self.write(out, operand, Level::Open);
+                }
+                out.push(")");
+            }
             ExprKind::Select(condition, a, b) => {
                 out.push("if ");
                 self.write(out, condition, Level::Or);
@@ -207,7 +270,7 @@ impl Notation {
 
     fn compare(&self, out: &mut Rich, op: CompareOp, a: &Expr, b: &Expr) {
         if let (false, CompareOp::Ge, Some(step), ExprKind::Leaf(Leaf::Duration(ns))) =
-            (self.words, op, timed_step(a), &b.kind)
+            (self.is_spelled(), op, timed_step(a), &b.kind)
             && self.activity(&step).is_some()
         {
             return out.append(&self.elapsed(&step, *ns));
@@ -217,14 +280,14 @@ impl Notation {
             let is_junction = matches!(side.kind, ExprKind::And(_) | ExprKind::Or(_));
             if is_junction { Level::Prefix } else { Level::Add }
         };
-        if !self.words {
+        if !self.is_spelled() {
             out.push("[");
         }
         self.write(out, a, level(a));
         out.push(match op {
-            CompareOp::Ne if !self.words => " ≠ ",
-            CompareOp::Le if !self.words => " ≤ ",
-            CompareOp::Ge if !self.words => " ≥ ",
+            CompareOp::Ne if !self.is_spelled() => " ≠ ",
+            CompareOp::Le if !self.is_spelled() => " ≤ ",
+            CompareOp::Ge if !self.is_spelled() => " ≥ ",
             CompareOp::Eq => " = ",
             CompareOp::Ne => " <> ",
             CompareOp::Lt => " < ",
@@ -233,7 +296,7 @@ impl Notation {
             CompareOp::Ge => " >= ",
         });
         self.write(out, b, level(b));
-        if !self.words {
+        if !self.is_spelled() {
             out.push("]");
         }
     }
@@ -255,7 +318,7 @@ impl Notation {
         };
         self.write(out, a, level(a, left));
         out.push(" ");
-        out.push(op.symbol());
+        out.push(if op == ArithOp::Mod { self.choose("mod", "mod", "MOD") } else { op.symbol() });
         out.push(" ");
         self.write(out, b, level(b, right));
     }
@@ -271,12 +334,13 @@ impl Notation {
 
     fn leaf(&self, out: &mut Rich, leaf: &Leaf) {
         match leaf {
-            Leaf::Name(name) => match step_of(name, "active").and_then(|it| self.activity(&it)) {
-                Some(activity) => out.push(&activity),
-                None => out.push(&path(name)),
-            },
-            Leaf::Rise(inner) | Leaf::Fall(inner) if self.words => {
-                out.push(if matches!(leaf, Leaf::Rise(_)) { "rise(" } else { "fall(" });
+            Leaf::Name(name) => out.push(&self.name(name)),
+            Leaf::Rise(inner) | Leaf::Fall(inner) if self.is_spelled() => {
+                out.push(if matches!(leaf, Leaf::Rise(_)) {
+                    self.choose("", "rise(", "R_TRIG(")
+                } else {
+                    self.choose("", "fall(", "F_TRIG(")
+                });
                 self.write(out, inner, Level::Open);
                 out.push(")");
             }
@@ -286,27 +350,40 @@ impl Notation {
                 self.write(out, inner, Level::Prefix);
             }
             Leaf::Otherwise => out.push("otherwise"),
-            Leaf::Duration(ns) => out.push(&duration(*ns)),
+            Leaf::Duration(ns) => out.push(&self.duration(*ns)),
             Leaf::Delay(on, inner, off) => {
-                out.push(&duration(*on));
+                out.push(&self.duration(*on));
                 out.push("/");
                 match &inner.kind {
                     // `3s/Xp` is the time of a step, so the delay of its activity is written in full.
-                    ExprKind::Leaf(Leaf::Name(name)) => out.push(&path(name)),
+                    ExprKind::Leaf(Leaf::Name(name)) if !self.is_spelled() => out.push(&path(name)),
                     _ => self.write(out, inner, Level::Prefix),
                 }
                 if *off > 0 {
                     out.push("/");
-                    out.push(&duration(*off));
+                    out.push(&self.duration(*off));
                 }
             }
         }
     }
 
-    /// A list of statements, always with words.
+    /// A name in an expression, with the notation's own form for the activity and the time of a step.
+    fn name(&self, name: &Path) -> String {
+        let step = step_of(name, "active");
+        match (self.signs, step, step_of(name, "t")) {
+            (Signs::St, Some(step), _) => format!("{}.X", self.path(&step)),
+            (Signs::St, None, Some(step)) => self.time(&step),
+            (_, step, _) => {
+                step.and_then(|it| self.activity(&it)).unwrap_or_else(|| self.path(name))
+            }
+        }
+    }
+
+    /// A list of statements: in structured text, or else with the words of the chart language.
     pub(crate) fn block(&self, block: &[Stmt]) -> String {
-        let words = Notation { words: true, declared: BTreeSet::new() };
-        let all: Vec<String> = block.iter().map(|stmt| words.stmt(stmt)).collect();
+        let signs = if self.signs == Signs::St { Signs::St } else { Signs::Words };
+        let spelled = Notation { signs, declared: BTreeSet::new() };
+        let all: Vec<String> = block.iter().map(|stmt| spelled.stmt(stmt)).collect();
         all.join("; ")
     }
 
@@ -315,23 +392,31 @@ impl Notation {
         match &stmt.kind {
             StmtKind::Assign { target, index, value } => {
                 let index = index.as_ref().map(|index| format!("[{}]", say(index)));
-                format!("{}{} := {}", path(target), index.unwrap_or_default(), say(value))
+                format!("{}{} := {}", self.path(target), index.unwrap_or_default(), say(value))
             }
-            StmtKind::Raise(event) => format!("raise {}", word(&event.text)),
+            StmtKind::Raise(event) => format!("raise {}", self.word(&event.text)),
             StmtKind::Send { event, after, slot } => {
-                let mut text = format!("send {}", word(&event.text));
+                let mut text = format!("send {}", self.word(&event.text));
                 if let Some(ns) = after {
-                    text.push_str(&format!(" after {}", duration(*ns)));
+                    text.push_str(&format!(" after {}", self.duration(*ns)));
                 }
                 if let Some(slot) = slot {
-                    text.push_str(&format!(" as {}", word(&slot.text)));
+                    text.push_str(&format!(" as {}", self.word(&slot.text)));
                 }
                 text
             }
-            StmtKind::Cancel(slot) => format!("cancel {}", word(&slot.text)),
+            StmtKind::Cancel(slot) => format!("cancel {}", self.word(&slot.text)),
             StmtKind::Call { function, arguments } => {
                 let arguments: Vec<String> = arguments.iter().map(say).collect();
-                format!("call {}({})", word(&function.text), arguments.join(", "))
+                format!("call {}({})", self.word(&function.text), arguments.join(", "))
+            }
+            StmtKind::If { condition, then, otherwise } if self.signs == Signs::St => {
+                let mut text = format!("IF {} THEN {};", say(condition), self.block(then));
+                if !otherwise.is_empty() {
+                    text.push_str(&format!(" ELSE {};", self.block(otherwise)));
+                }
+                text.push_str(" END_IF");
+                text
             }
             StmtKind::If { condition, then, otherwise } => {
                 let mut text = format!("if {} {{ {} }}", say(condition), self.block(then));
@@ -340,7 +425,9 @@ impl Notation {
                 }
                 text
             }
-            StmtKind::Code(code) => format!("code {} {}", word(&code.language), quoted(&code.text)),
+            StmtKind::Code(code) => {
+                format!("code {} {}", self.word(&code.language), quoted(&code.text))
+            }
         }
     }
 }
@@ -403,19 +490,14 @@ pub(crate) fn quoted(text: &str) -> String {
     out
 }
 
-/// A duration in the largest unit that divides it.
+/// A duration in the largest unit that needs no fraction, without the space of the chart language.
 pub(crate) fn duration(ns: u64) -> String {
-    let units = [
-        (3_600_000_000_000, "h"),
-        (60_000_000_000, "min"),
-        (1_000_000_000, "s"),
-        (1_000_000, "ms"),
-        (1_000, "us"),
-    ];
-    let unit = units.into_iter().find(|(size, _)| ns > 0 && ns.is_multiple_of(*size));
-    match unit {
-        Some((size, name)) => format!("{}{name}", ns / size),
-        None if ns == 0 => "0s".to_owned(),
-        None => format!("{ns}ns"),
-    }
+    grafsynth_ir::duration(ns).replace(' ', "")
+}
+
+/// A duration as a literal of IEC 61131-3: `T#1500ms`.
+pub(crate) fn literal(ns: u64) -> String {
+    let text = grafsynth_ir::duration(ns);
+    let (number, unit) = text.split_once(' ').unwrap_or((&text, ""));
+    format!("T#{number}{}", if unit == "min" { "m" } else { unit })
 }

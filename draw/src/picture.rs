@@ -22,6 +22,29 @@ pub struct Mark {
     pub shape: Shape,
     /// The element of the chart; `None` for links, frames and the legend.
     pub element: Option<Element>,
+    /// For a vertical part of a link of a Grafcet: the name of the step that it leads to or comes from.
+    pub link: Option<String>,
+}
+
+impl From<Shape> for Mark {
+    fn from(shape: Shape) -> Self {
+        Mark { shape, element: None, link: None }
+    }
+}
+
+impl Mark {
+    /// The left, top, right and bottom edge.
+    pub(crate) fn bounds(&self) -> (i64, i64, i64, i64) {
+        match &self.shape {
+            Shape::Rect { x, y, width, height, .. } => (*x, *y, x + width, y + height),
+            Shape::Line { from, to, .. } => {
+                (from.0.min(to.0), from.1.min(to.1), from.0.max(to.0), from.1.max(to.1))
+            }
+            Shape::Text { x, y, width, font, .. } => (*x, y - font.size(), x + width, y + 4),
+            Shape::Arrow { x, y, .. } | Shape::Crossing { x, y } => (x - 4, y - 4, x + 4, y + 4),
+            Shape::Circle { x, y, radius, .. } => (x - radius, y - radius, x + radius, y + radius),
+        }
+    }
 }
 
 /// An element of the chart.
@@ -128,6 +151,21 @@ pub enum Pen {
     Shade,
     /// The lines between reactions.
     Grid,
+    /// The area of a step on the part of a split with this number; the numbers repeat after [`Pen::PARTS`].
+    Part(u8),
+    /// The area of a step that was never active.
+    Never,
+}
+
+impl Pen {
+    /// The number of colours of parts.
+    pub const PARTS: u8 = 6;
+
+    /// The colour of a part.
+    #[must_use]
+    pub fn of_part(part: usize) -> Pen {
+        Pen::Part(u8::try_from(part % usize::from(Pen::PARTS)).unwrap_or(0))
+    }
 }
 
 /// The size and weight of letters.
@@ -173,7 +211,7 @@ impl Picture {
 
     /// Adds a shape without an element.
     pub(crate) fn add(&mut self, shape: Shape) {
-        self.marks.push(Mark { shape, element: None });
+        self.marks.push(shape.into());
     }
 
     /// Adds another drawing with its upper left corner at (`x`, `y`).
@@ -197,6 +235,16 @@ impl Picture {
         let width = crate::text::width(text, font.size());
         if !text.trim().is_empty() {
             self.add(Shape::Text { x, y, text: text.to_owned(), width, font });
+        }
+        width
+    }
+
+    /// Adds a heading, and returns its width.
+    pub(crate) fn heading(&mut self, (x, y): (i64, i64), text: &str) -> i64 {
+        // Bold letters are up to a tenth wider.
+        let width = crate::text::width(text, Font::Heading.size()) * 9 / 8;
+        if !text.is_empty() {
+            self.add(Shape::Text { x, y, text: text.to_owned(), width, font: Font::Heading });
         }
         width
     }

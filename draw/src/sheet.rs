@@ -1,11 +1,12 @@
 //! The sheet: arranges charts, expansions and the legend beside and below each other.
 
+use crate::Style;
 use crate::channels::{HALF, Placed, lay_out};
 use crate::content::{Content, Scope};
 use crate::nest;
 use crate::order::{Arc, Graph};
-use crate::picture::{Font, Pen, Picture, Shape, Way};
-use crate::text::width;
+use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
+use std::collections::BTreeMap;
 
 /// The distance between the parts of a sheet.
 const GAP: i64 = 36;
@@ -16,24 +17,54 @@ const WIDTH: i64 = 1000;
 
 /// Draws everything.
 pub(crate) fn draw(content: &Content, title: String) -> Picture {
+    sheet(charts(content), content, title)
+}
+
+/// The charts in one frame with a heading.
+pub(crate) fn framed(content: &Content, title: &str) -> Picture {
+    let mut frame = Picture::default();
+    let wide = frame.heading((MARGIN, MARGIN + 12), title);
+    frame.width = MARGIN + wide;
+    frame.put(flow(charts(content)), MARGIN, MARGIN + 24);
+    (frame.width, frame.height) = (frame.width + MARGIN, frame.height + MARGIN);
+    let (width, height) = (frame.width, frame.height);
+    let shape = Shape::Rect { x: 0, y: 0, width, height, pen: Pen::Frame };
+    frame.marks.insert(0, shape.into());
+    frame
+}
+
+fn charts(content: &Content) -> Vec<Picture> {
     let is_single = content.scopes.len() == 1;
-    let parts: Vec<Picture> =
-        content.scopes.iter().map(|scope| draw_scope(scope, !is_single)).collect();
-    let all = flow(parts);
+    content.scopes.iter().map(|scope| draw_scope(scope, !is_single)).collect()
+}
+
+/// The parts on one sheet, with the explanations below.
+pub(crate) fn sheet(parts: Vec<Picture>, content: &Content, title: String) -> Picture {
     let mut sheet = Picture { title, ..Picture::default() };
-    sheet.put(all, MARGIN, MARGIN);
-    if !content.foreign.is_empty() {
-        let mut y = sheet.height + 28;
-        let heading = "not IEC 60848:";
-        let mut line = |text: &str, y: i64| {
-            let wide = sheet.text((MARGIN, y), text, Font::Small);
-            sheet.width = sheet.width.max(MARGIN + wide);
+    sheet.put(flow(parts), MARGIN, MARGIN);
+    let style = content.style;
+    let mut legend = content.legend.clone();
+    let foreign = content.foreign.iter().filter(|it| it.is_missing_in(style));
+    let foreign: Vec<_> = foreign.map(|it| (None, it.meaning().to_owned())).collect();
+    if !foreign.is_empty() {
+        let heading = match style {
+            Style::Grafcet => "not IEC 60848:",
+            Style::Sfc => "not IEC 61131-3:",
         };
-        line(heading, y);
-        for foreign in &content.foreign {
-            y += 15;
-            line(foreign.meaning(), y);
+        legend.push((None, heading.to_owned()));
+        legend.extend(foreign);
+    }
+    let mut y = sheet.height + 13;
+    for (pen, text) in &legend {
+        y += 15;
+        let mut x = MARGIN;
+        if let Some(pen) = pen {
+            sheet.rect((x, y - 9), (16, 11), *pen);
+            sheet.rect((x, y - 9), (16, 11), Pen::Detail);
+            x += 22;
         }
+        let wide = sheet.text((x, y), text, Font::Small);
+        sheet.width = sheet.width.max(x + wide);
         sheet.height = y + 4;
     }
     sheet.width += MARGIN;
@@ -50,14 +81,7 @@ fn draw_scope(scope: &Scope, framed: bool) -> Picture {
     let mut picture = Picture::default();
     let margin = if framed { MARGIN } else { 0 };
     let mut y = margin + 12;
-    let wide = width(&scope.heading, Font::Heading.size());
-    // The heading is bold; bold letters are up to a tenth wider.
-    let wide = wide + wide / 8;
-    if !scope.heading.is_empty() {
-        let text = scope.heading.clone();
-        picture.add(Shape::Text { x: margin, y, text, width: wide, font: Font::Heading });
-    }
-    let mut widest = wide;
+    let mut widest = picture.heading((margin, y), &scope.heading);
     let small = Font::Small;
     for remark in scope.remarks.iter().flat_map(|remark| remark.lines(small.size(), 500)) {
         y += 17 + 3 * remark.levels();
@@ -74,7 +98,7 @@ fn draw_scope(scope: &Scope, framed: bool) -> Picture {
         picture.height += MARGIN;
         let size = (picture.width, picture.height);
         let frame = Shape::Rect { x: 0, y: 0, width: size.0, height: size.1, pen: Pen::Frame };
-        picture.marks.insert(0, crate::picture::Mark { shape: frame, element: None });
+        picture.marks.insert(0, frame.into());
     }
     picture
 }
@@ -101,13 +125,15 @@ fn components(scope: &Scope) -> Vec<Picture> {
         let nodes = members.iter().map(|node| whole.nodes[*node].clone()).collect();
         let placed = lay_out(&Graph::new(nodes, arcs));
         let symbols = members.iter().map(|node| std::mem::take(&mut drawn[*node])).collect();
-        assemble(placed, symbols)
+        let own = members.iter().map(|node| &scope.symbols[*node]);
+        let names: Vec<Option<&str>> = own.map(crate::symbol::Symbol::of_link).collect();
+        assemble(placed, symbols, &names)
     });
     parts.collect()
 }
 
-/// The drawing of a graph with its symbols.
-fn assemble(placed: Placed, symbols: Vec<Picture>) -> Picture {
+/// The drawing of a graph with its symbols. `names` are those of steps, for their links.
+fn assemble(placed: Placed, symbols: Vec<Picture>, names: &[Option<&str>]) -> Picture {
     let mut picture = Picture::default();
     let is_vertical = |line: &&[i64; 4]| line[0] == line[2];
     let lines = placed.lines.iter();
@@ -119,17 +145,23 @@ fn assemble(placed: Placed, symbols: Vec<Picture>) -> Picture {
             picture.line((*left, y), (*right, y), Pen::Line);
         }
     }
+    let mut doubles: BTreeMap<i64, Vec<(i64, i64)>> = BTreeMap::new();
+    for [left, right, y] in &placed.doubles {
+        doubles.entry(*y).or_default().push((*left, *right));
+    }
     for (x, y) in &placed.crossings {
-        let double = |[left, right, at]: &&[i64; 3]| at == y && left <= x && x <= right;
-        if placed.doubles.iter().any(|line| double(&line)) {
+        let lines = doubles.get(y).map(Vec::as_slice).unwrap_or_default();
+        if lines.iter().any(|(left, right)| left <= x && x <= right) {
             picture.add(Shape::Crossing { x: *x, y: y - HALF });
             picture.add(Shape::Crossing { x: *x, y: y + HALF });
         } else {
             picture.add(Shape::Crossing { x: *x, y: *y });
         }
     }
-    for [x1, y1, x2, y2] in lines.filter(is_vertical) {
-        picture.line((*x1, *y1), (*x2, *y2), Pen::Line);
+    for (index, [x1, y1, x2, y2]) in lines.enumerate().filter(|(_, line)| is_vertical(line)) {
+        let link = placed.owners.get(index).and_then(|node| *names.get(*node)?);
+        let shape = Shape::Line { from: (*x1, *y1), to: (*x2, *y2), pen: Pen::Line };
+        picture.marks.push(Mark { link: link.map(str::to_owned), ..shape.into() });
     }
     for (x, y) in &placed.arrows {
         picture.add(Shape::Arrow { x: *x, y: *y, way: Way::Up });

@@ -2,7 +2,7 @@
 //!
 //! Texts have the words of the chart language: UML leaves the language of guards and actions open.
 
-use crate::notation::{Notation, duration, path, quoted, word};
+use crate::notation::{Notation, Signs, duration, path, quoted, word};
 use crate::picture::Element;
 use grafsynth_ir::chart::{
     ActionHow, Argument, ArgumentValue, Chart, Expr, ForceOrder, History, Item, Length, Library,
@@ -116,7 +116,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn read(name: &str, items: &'a [Item], initial: &'a [Path]) -> Tree {
-        let notation = Notation { words: true, declared: BTreeSet::new() };
+        let notation = Notation { signs: Signs::Words, declared: BTreeSet::new() };
         let tree = Tree::default();
         let mut reader = Reader { notation, tree, pending: Vec::new(), names: BTreeMap::new() };
         reader.add(0, Kind::Chart, name, None);

@@ -2,7 +2,9 @@
 //!
 //! Colours follow the viewer's preference for light or dark. Text remains text: each text states its width, so that the drawing fits with any font.
 
+use crate::pages::Page;
 use crate::picture::{Element, Font, Mark, Pen, Picture, Shape, Way};
+use grafsynth_ir::markup::escape;
 use std::fmt::Write as _;
 
 /// The styles of the file; a viewer that ignores media queries shows the light ones.
@@ -33,33 +35,64 @@ const STYLE: &str = "\
     .s{fill:#b0b5bd}\n\
     }\n";
 
+/// The styles of overlays, for files that have one.
+const OVERLAY_STYLE: &str = "\
+    .p0{fill:#fde3b4}\n.p1{fill:#c9e7c3}\n.p2{fill:#d9d2f0}\n.p3{fill:#c5e6ea}\n.p4{fill:#f6cfdc}\n.p5{fill:#e3ddd3}\n\
+    .n{fill:#f7d0c8}\n\
+    @media (prefers-color-scheme:dark){\n\
+    .p0{fill:#5c4514}\n.p1{fill:#24502a}\n.p2{fill:#443a6b}\n.p3{fill:#1d4f57}\n.p4{fill:#64303f}\n.p5{fill:#4a453d}\n\
+    .n{fill:#6b2d22}\n\
+    }\n";
+
 /// The drawing as an SVG file.
 #[must_use]
 pub fn svg(picture: &Picture) -> String {
+    file(picture, &format!("width=\"{}\" height=\"{}\"", picture.width, picture.height))
+}
+
+/// A page as an SVG file of the size of its paper.
+#[must_use]
+pub fn page_svg(page: &Page) -> String {
+    let millimetres = |tenths: i64| format!("{}.{}mm", tenths / 10, tenths % 10);
+    let (width, height) = (millimetres(page.size.0), millimetres(page.size.1));
+    file(&page.picture, &format!("width=\"{width}\" height=\"{height}\""))
+}
+
+/// A file with these attributes for the size at which it is shown.
+fn file(picture: &Picture, size: &str) -> String {
     let (width, height) = (picture.width, picture.height);
+    let is_overlay =
+        |mark: &Mark| matches!(mark.shape, Shape::Rect { pen: Pen::Part(_) | Pen::Never, .. });
+    let more = if picture.marks.iter().any(is_overlay) { OVERLAY_STYLE } else { "" };
     let head = format!(
-        "<style>\n{STYLE}</style>\n<rect class=\"bg\" width=\"{width}\" height=\"{height}\"/>\n"
+        "<style>\n{STYLE}{more}</style>\n<rect class=\"bg\" width=\"{width}\" height=\"{height}\"/>\n"
     );
     let attributes = |element: &Element| {
         let Element { id, span } = element;
         format!("id=\"{}\" data-span=\"{}-{}\"", escape(id), span.start, span.end)
     };
-    written(picture, &head, &attributes)
+    written(picture, size, &head, &attributes)
 }
 
 /// The drawing as an element of an HTML page, which has its own styles for the classes of the file. `key` names each element, in the attribute `data-element`.
 #[must_use]
 pub fn embedded(picture: &Picture, key: &dyn Fn(&Element) -> String) -> String {
-    written(picture, "", &|element| format!("data-element=\"{}\"", escape(&key(element))))
+    let size = format!("width=\"{}\" height=\"{}\"", picture.width, picture.height);
+    written(picture, &size, "", &|element| format!("data-element=\"{}\"", escape(&key(element))))
 }
 
 /// The drawing with `head` before its marks, and with these attributes on the group of each element.
-fn written(picture: &Picture, head: &str, attributes: &dyn Fn(&Element) -> String) -> String {
+fn written(
+    picture: &Picture,
+    size: &str,
+    head: &str,
+    attributes: &dyn Fn(&Element) -> String,
+) -> String {
     let Picture { width, height, title, marks } = picture;
     let mut out = String::with_capacity(marks.len() * 80 + 2000);
     let _ = write!(
         out,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" xml:space=\"preserve\">\n<title>{}</title>\n{head}",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" {size} viewBox=\"0 0 {width} {height}\" role=\"img\" xml:space=\"preserve\">\n<title>{}</title>\n{head}",
         escape(title)
     );
     let mut open: Option<&Element> = None;
@@ -141,26 +174,10 @@ fn class(pen: Pen) -> &'static str {
         Pen::Dashed => "r",
         Pen::Shade => "w",
         Pen::Grid => "g",
+        Pen::Never => "n",
+        Pen::Part(part) => ["p0", "p1", "p2", "p3", "p4", "p5"]
+            .get(usize::from(part % Pen::PARTS))
+            .copied()
+            .unwrap_or_default(),
     }
-}
-
-/// A text as content or attribute of XML. Characters that XML does not allow, and those that change the direction of text, become U+FFFD.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\t' | '\n' | '\r' => out.push(' '),
-            c if c.is_control()
-                || matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}' | '\u{FFFE}' | '\u{FFFF}') =>
-            {
-                out.push('\u{FFFD}');
-            }
-            c => out.push(c),
-        }
-    }
-    out
 }

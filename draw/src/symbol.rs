@@ -1,7 +1,8 @@
 //! The symbols: steps with their actions, transitions with their receptivities, references and instances.
 
 use crate::order::Node;
-use crate::picture::{Element, Font, Mark, Pen, Picture, Shape};
+use crate::picture::{Element, Font, Pen, Picture, Shape};
+use crate::stack;
 use crate::text::{Rich, broken_name, width};
 
 /// The smallest side of a step.
@@ -12,6 +13,8 @@ const LONGEST_NAME: i64 = 150;
 const LONGEST_LINE: i64 = 260;
 /// The distance between lines of text.
 const LINE: i64 = 15;
+/// The height of the text of an overlay in a step.
+const TAG: i64 = 16;
 /// Half the length of the bar of a transition.
 const BAR: i64 = 14;
 /// The thickness of the bar of a transition.
@@ -34,9 +37,10 @@ pub(crate) enum Kind {
 }
 
 /// An arrow at the left side of an action box.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum When {
     /// While the step is active.
+    #[default]
     Always,
     /// On activation of the step.
     Activation,
@@ -45,7 +49,7 @@ pub(crate) enum When {
 }
 
 /// A box with an action.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Action {
     /// The qualifier or word in the left part of the box; may be empty.
     pub(crate) qualifier: String,
@@ -55,6 +59,15 @@ pub(crate) struct Action {
     pub(crate) condition: Option<Rich>,
     /// True for a forcing order.
     pub(crate) is_forcing: bool,
+    /// The indicator variable of an action block of IEC 61131-3; may be empty.
+    pub(crate) indicator: String,
+}
+
+/// A short text in a step or at a transition, and the colour of the step.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tag {
+    pub(crate) text: String,
+    pub(crate) fill: Option<Pen>,
 }
 
 /// A symbol.
@@ -65,11 +78,15 @@ pub(crate) struct Symbol {
     /// True for a step with a token in it.
     pub(crate) is_active: bool,
     pub(crate) name: String,
+    /// What an overlay adds.
+    pub(crate) tag: Tag,
     /// What is written to the left of a step: `*` of an activation link, `E` and `S` of the ends of a macro.
     pub(crate) left: String,
     /// The receptivity of a transition.
     pub(crate) receptivity: Option<Rich>,
     pub(crate) actions: Vec<Action>,
+    /// True for a step whose actions are in action blocks of IEC 61131-3.
+    pub(crate) is_stacked: bool,
     /// Remarks below everything else.
     pub(crate) remarks: Vec<String>,
     pub(crate) element: Option<Element>,
@@ -82,9 +99,11 @@ impl Symbol {
             is_initial: false,
             is_active: false,
             name: name.into(),
+            tag: Tag::default(),
             left: String::new(),
             receptivity: None,
             actions: Vec::new(),
+            is_stacked: false,
             remarks: Vec::new(),
             element: None,
         }
@@ -92,6 +111,11 @@ impl Symbol {
 
     pub(crate) fn is_step(&self) -> bool {
         matches!(self.kind, Kind::Step | Kind::MacroStep | Kind::EnclosingStep | Kind::Instance)
+    }
+
+    /// The name that its links have where they are cut; `None` for a transition.
+    pub(crate) fn of_link(&self) -> Option<&str> {
+        (self.kind != Kind::Transition).then_some(self.name.as_str())
     }
 
     /// The symbol as a node of the graph, and its drawing with the axis at x = 0 and the upper end of its body at y = 0.
@@ -114,7 +138,7 @@ impl Symbol {
             ..Node::default()
         };
         for mark in &picture.marks {
-            let (left, top, right, bottom) = bounds(mark);
+            let (left, top, right, bottom) = mark.bounds();
             node.left = node.left.max(-left);
             node.right = node.right.max(right);
             node.above = node.above.max(-top);
@@ -132,12 +156,17 @@ impl Symbol {
             first.insert_str(0, "M ");
         }
         let widest = lines.iter().map(|line| width(line, size)).max().unwrap_or(0);
+        let tag = width(&self.tag.text, Font::Small.size());
+        let (widest, band) = (widest.max(tag), if tag > 0 { TAG } else { 0 });
         let margin = if self.kind == Kind::EnclosingStep { 22 } else { 14 };
         // An even width puts the axis in the middle.
         let wide = ((widest + margin).max(STEP) + 1) / 2 * 2;
         let n_lines = i64::try_from(lines.len()).unwrap_or(1);
-        let high = (n_lines * LINE + 16).max(STEP);
+        let high = (n_lines * LINE + 16 + band).max(STEP);
         let left = -wide / 2;
+        if let Some(fill) = self.tag.fill {
+            picture.rect((left, 0), (wide, high), fill);
+        }
         if self.is_active {
             picture.rect((left, 0), (wide, high), Pen::Shade);
         }
@@ -162,7 +191,10 @@ impl Symbol {
             }
             _ => {}
         }
-        let top = (high - n_lines * LINE) / 2;
+        if band > 0 {
+            picture.text((-tag / 2, 18), &self.tag.text, Font::Small);
+        }
+        let top = band + (high - band - n_lines * LINE) / 2;
         for (index, line) in (0..).zip(&lines) {
             let x = -width(line, size) / 2;
             picture.text((x, top + index * LINE + 12), line, Font::Normal);
@@ -181,7 +213,10 @@ impl Symbol {
         let x = right + STUB;
         let mut y = None;
         let mut last = middle;
-        for action in &self.actions {
+        if self.is_stacked && !self.actions.is_empty() {
+            y = Some(self.stack(picture, (right, middle), x));
+        }
+        for action in self.actions.iter().filter(|_| !self.is_stacked) {
             let (mut drawn, level) = action.draw();
             let top = y.unwrap_or(middle - level);
             last = top + level;
@@ -191,7 +226,7 @@ impl Symbol {
             let from = if self.actions.len() > 1 { x - STUB / 2 } else { right };
             picture.line((from, last), (x, last), Pen::Line);
         }
-        if self.actions.len() > 1 {
+        if self.actions.len() > 1 && !self.is_stacked {
             picture.line((right, middle), (x - STUB / 2, middle), Pen::Line);
             picture.line((x - STUB / 2, middle), (x - STUB / 2, last), Pen::Line);
         }
@@ -204,13 +239,30 @@ impl Symbol {
         }
     }
 
+    /// Draws action blocks at `x`, joined to a point of the step, and returns where the next thing below them may begin.
+    fn stack(&self, picture: &mut Picture, from: (i64, i64), x: i64) -> i64 {
+        fn row(action: &Action) -> stack::Row<'_> {
+            let Action { qualifier, text, indicator, .. } = action;
+            stack::Row { qualifier, text, indicator }
+        }
+        let rows: Vec<stack::Row<'_>> = self.actions.iter().map(row).collect();
+        let (mut drawn, level) = stack::draw(&rows);
+        let top = from.1 - level;
+        drawn.shift(x, top);
+        picture.marks.append(&mut drawn.marks);
+        picture.line(from, (x, from.1), Pen::Line);
+        top + drawn.height + BETWEEN
+    }
+
     fn transition(&self, picture: &mut Picture) -> i64 {
         let middle = BAR_HEIGHT / 2;
         picture.line((-BAR, middle), (BAR, middle), Pen::Bar);
-        if !self.name.is_empty() {
-            let name = format!("({})", self.name);
-            let x = -BAR - 6 - width(&name, Font::Small.size());
-            picture.text((x, middle + 4), &name, Font::Small);
+        let name = if self.name.is_empty() { String::new() } else { format!("({})", self.name) };
+        let name = format!("{name} {}", self.tag.text);
+        let name = name.trim();
+        if !name.is_empty() {
+            let x = -BAR - 6 - width(name, Font::Small.size());
+            picture.text((x, middle + 4), name, Font::Small);
         }
         let x = BAR + 8;
         let mut y = middle + 4;
@@ -309,17 +361,4 @@ fn arrow(picture: &mut Picture, from: (i64, i64), to: (i64, i64)) {
     picture.line(from, to, Pen::Detail);
     picture.line((to.0 - 3, to.1 + back), to, Pen::Detail);
     picture.line((to.0 + 3, to.1 + back), to, Pen::Detail);
-}
-
-/// The left, top, right and bottom edge of a mark.
-fn bounds(mark: &Mark) -> (i64, i64, i64, i64) {
-    match &mark.shape {
-        Shape::Rect { x, y, width, height, .. } => (*x, *y, x + width, y + height),
-        Shape::Line { from, to, .. } => {
-            (from.0.min(to.0), from.1.min(to.1), from.0.max(to.0), from.1.max(to.1))
-        }
-        Shape::Text { x, y, width, font, .. } => (*x, y - font.size(), x + width, y + 4),
-        Shape::Arrow { x, y, .. } | Shape::Crossing { x, y } => (x - 4, y - 4, x + 4, y + 4),
-        Shape::Circle { x, y, radius, .. } => (x - radius, y - radius, x + radius, y + radius),
-    }
 }

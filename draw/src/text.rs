@@ -15,8 +15,13 @@ const ASCII: [u16; 95] = [
 /// The width of a text in pixels, for letters of `size` pixels, rounded up.
 #[must_use]
 pub(crate) fn width(text: &str, size: i64) -> i64 {
-    let thousandths: i64 = text.chars().map(|c| i64::from(advance(c))).sum();
+    let thousandths: i64 = text.chars().map(width_thousandths).sum();
     (thousandths * size + 999) / 1000
+}
+
+/// The width of a character in thousandths of the letter height.
+pub(crate) fn width_thousandths(c: char) -> i64 {
+    i64::from(advance(c))
 }
 
 fn advance(c: char) -> u16 {
@@ -33,6 +38,23 @@ fn advance(c: char) -> u16 {
         // Wide scripts and pictures.
         _ => 1200,
     }
+}
+
+/// A text of at most `most` pixels; a longer one is cut, and ends with `…`.
+pub(crate) fn cut(text: &str, size: i64, most: i64) -> String {
+    if width(text, size) <= most {
+        return text.to_owned();
+    }
+    let mut out = String::new();
+    for c in text.chars() {
+        out.push(c);
+        if width(&out, size) + 12 > most {
+            out.pop();
+            break;
+        }
+    }
+    out.push('…');
+    out
 }
 
 /// A line over a part of a text: the complement of this part.

@@ -2,7 +2,7 @@
 
 use crate::notation::duration;
 use crate::picture::{Font, Pen, Picture, Shape, Way};
-use crate::text::width;
+use crate::text::{cut, width};
 
 /// The width of a column.
 const COLUMN: i64 = 24;
@@ -86,11 +86,7 @@ pub fn waves(waves: &Waves) -> Picture {
     let n_rows = waves.ticks.len();
     let n_drawn = n_rows.min(MOST);
     let mut picture = Picture { title: waves.title.clone(), ..Picture::default() };
-    let (heading, text) = (Font::Heading, waves.title.clone());
-    let wide = width(&text, heading.size()) * 9 / 8;
-    if !text.is_empty() {
-        picture.add(Shape::Text { x: MARGIN, y: MARGIN + 12, text, width: wide, font: heading });
-    }
+    picture.heading((MARGIN, MARGIN + 12), &waves.title);
     let mut y = MARGIN + 28;
     let mut first = 0;
     while first < n_drawn {
@@ -102,11 +98,7 @@ pub fn waves(waves: &Waves) -> Picture {
         picture.text((MARGIN, y), &note, Font::Small);
         y += 15;
     }
-    let ends = picture.marks.iter().map(|mark| match &mark.shape {
-        Shape::Text { x, width, .. } => x + width,
-        Shape::Line { to, .. } => to.0,
-        _ => 0,
-    });
+    let ends = picture.marks.iter().map(|mark| mark.bounds().2);
     picture.width = ends.max().unwrap_or(0) + MARGIN;
     picture.height = y;
     picture
@@ -160,7 +152,11 @@ impl Band<'_> {
                 bodies.text((MARGIN, y + 15), signal.group.heading(), Font::Small);
                 y += LANE;
             }
-            bodies.text((MARGIN, y + HIGH), &cut(&signal.name, LONGEST_NAME), Font::Normal);
+            bodies.text(
+                (MARGIN, y + HIGH),
+                &cut(&signal.name, Font::Normal.size(), LONGEST_NAME),
+                Font::Normal,
+            );
             if self.waves.is_blank && signal.group != Group::Input {
                 bodies.line(
                     (self.left, y + HIGH + 3),
@@ -242,7 +238,7 @@ impl Band<'_> {
                     }
                     picture.line((left, top), (right, top), Pen::Line);
                     picture.line((left, bottom), (right, bottom), Pen::Line);
-                    let text = cut(&value.to_string(), right - left);
+                    let text = cut(&value.to_string(), Font::Normal.size(), right - left);
                     picture.text((left + 2, bottom - 3), &text, Font::Small);
                 }
             }
@@ -250,22 +246,4 @@ impl Band<'_> {
             row = end;
         }
     }
-}
-
-/// A text that is cut at a width.
-fn cut(text: &str, most: i64) -> String {
-    let size = Font::Normal.size();
-    if width(text, size) <= most {
-        return text.to_owned();
-    }
-    let mut out = String::new();
-    for c in text.chars() {
-        out.push(c);
-        if width(&out, size) + 12 > most {
-            out.pop();
-            break;
-        }
-    }
-    out.push('…');
-    out
 }

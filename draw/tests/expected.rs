@@ -1,12 +1,13 @@
 //! A chart in the form that the reader of drawings returns, made without the code that draws.
 
 use crate::reader::{Action, Region, Step, Transition};
+use grafsynth_draw::Style;
 use grafsynth_frontend::graf;
 use grafsynth_ir::chart::{
-    ActionHow, Block, Chart, Design, Expr, ForceOrder, Item, Leaf, Length, Path, StepItemKind,
-    StepRole,
+    ActionHow, Block, Chart, DeclarationKind, Design, Expr, ForceOrder, Item, Leaf, Length, Path,
+    StepItemKind, StepRole, Stmt, StmtKind,
 };
-use grafsynth_ir::expr::{CompareOp, ExprKind};
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::{FileId, Name, Span};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -105,17 +106,25 @@ pub(crate) struct Vocabulary {
     names: BTreeSet<String>,
     /// Conditions and lists that were read before.
     known: RefCell<BTreeMap<(bool, String), Result<String, String>>>,
+    /// True if conditions and lists are structured text.
+    is_st: bool,
 }
 
 impl Vocabulary {
     pub(crate) fn of(design: &Design) -> Self {
         let mut vocabulary = Vocabulary {
+            is_st: false,
             declarations: String::new(),
             names: BTreeSet::new(),
             known: RefCell::default(),
         };
         design.charts.iter().for_each(|chart| vocabulary.add(&chart.items));
         vocabulary
+    }
+
+    /// The same for texts in structured text.
+    pub(crate) fn st(self) -> Self {
+        Vocabulary { is_st: true, ..self }
     }
 
     fn add(&mut self, items: &[Item]) {
@@ -184,10 +193,10 @@ impl Vocabulary {
     }
 
     fn read_condition(&self, drawn: &str) -> Result<Expr, String> {
-        if drawn == "1" {
+        if drawn == "1" && !self.is_st {
             return Ok(expr(ExprKind::And(Vec::new())));
         }
-        let text = self.words(drawn);
+        let text = if self.is_st { chart_language(drawn) } else { self.words(drawn) };
         let design = self.parse(&format!("step a_ \n step b_\n a_ -> b_ when {text}"))?;
         let items = design.charts.into_iter().flat_map(|chart| chart.items);
         let mut guard = items.filter_map(|item| match item {
@@ -249,7 +258,31 @@ impl Vocabulary {
         out
     }
 
+    /// The text of an action block: an action with its condition, or a list.
+    pub(crate) fn row(&self, action: &mut Action) -> Result<(), String> {
+        if action.qualifier == "force" {
+            return Ok(());
+        }
+        let text = if self.is_st { chart_language(&action.text) } else { action.text.clone() };
+        if let Ok(design) = self.parse(&format!("step a_ {{ {text} }}")) {
+            let items = design.charts.into_iter().flat_map(|chart| chart.items);
+            for item in items {
+                let Item::Step(step) = item else { continue };
+                if let [only] = step.body.as_slice()
+                    && let StepItemKind::Action { target, arguments, condition, .. } = &only.kind
+                {
+                    action.text = target_text(&target.text, arguments.is_some());
+                    action.condition = condition.as_ref().map(shown);
+                    return Ok(());
+                }
+            }
+        }
+        action.text = self.list(&action.text)?;
+        Ok(())
+    }
+
     fn read_list(&self, drawn: &str) -> Result<String, String> {
+        let drawn = &if self.is_st { chart_language(drawn) } else { drawn.to_owned() };
         let design = self.parse(&format!("step a_ {{ entry {{ {drawn} }} }}"))?;
         let items = design.charts.into_iter().flat_map(|chart| chart.items);
         for item in items {
@@ -260,6 +293,85 @@ impl Vocabulary {
             }
         }
         Err(format!("no list in {drawn}"))
+    }
+}
+
+fn target_text(name: &str, is_call: bool) -> String {
+    format!("{}{}", plain(name), if is_call { "()" } else { "" })
+}
+
+/// Structured text in the chart language.
+fn chart_language(st: &str) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || "_.#".contains(c);
+    let mut out = String::new();
+    let mut rest = st;
+    while let Some(c) = rest.chars().next() {
+        if c == '`' || c == '"' {
+            let end = rest[1..].find(c).map_or(rest.len(), |at| at + 2);
+            out.push_str(&rest[..end]);
+            rest = &rest[end..];
+            continue;
+        }
+        if !is_word(c) {
+            out.push(c);
+            rest = &rest[c.len_utf8()..];
+            continue;
+        }
+        let (word, after) = rest.split_at(rest.find(|c| !is_word(c)).unwrap_or(rest.len()));
+        rest = after;
+        match word {
+            "AND" | "OR" | "NOT" | "MOD" | "TRUE" | "FALSE" | "IF" => {
+                out.push_str(&word.to_lowercase());
+            }
+            "THEN" => out.push('{'),
+            "ELSE" => out.push_str("} else {"),
+            "END_IF" => out.push('}'),
+            "R_TRIG" => out.push_str("rise"),
+            "F_TRIG" => out.push_str("fall"),
+            "SEL" => {
+                let (operands, after) = operands(rest);
+                let [condition, no, yes] = operands.map(chart_language);
+                out.push_str(&format!("(if {condition} then {yes} else {no})"));
+                rest = after;
+            }
+            _ => out.push_str(&name_or_time(word)),
+        }
+    }
+    out
+}
+
+/// The three operands in the parentheses at the beginning of a text, and what follows.
+fn operands(text: &str) -> ([&str; 3], &str) {
+    let mut all = [""; 3];
+    let (mut depth, mut start, mut n) = (0, 1, 0);
+    for (at, c) in text.char_indices() {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        if (depth == 1 && c == ',' || depth == 0) && n < 3 {
+            all[n] = &text[start..at];
+            (n, start) = (n + 1, at + 1);
+        }
+        if depth == 0 {
+            return (all, &text[at + 1..]);
+        }
+    }
+    (all, "")
+}
+
+/// A name or a duration of structured text.
+fn name_or_time(word: &str) -> String {
+    if let Some(time) = word.strip_prefix("T#") {
+        let at = time.find(|c: char| !c.is_ascii_digit()).unwrap_or(time.len());
+        let unit = if &time[at..] == "m" { "min" } else { &time[at..] };
+        return format!("{} {unit}", &time[..at]);
+    }
+    match word.rsplit_once('.') {
+        Some((step, "X")) => format!("{step}.active"),
+        Some((step, "T")) => format!("{step}.t"),
+        _ => word.to_owned(),
     }
 }
 
@@ -283,14 +395,24 @@ fn canonical(block: &Block) -> String {
 }
 
 /// The chart as it must be read.
-pub(crate) fn region(heading: String, items: &[Item]) -> Region {
+pub(crate) fn region(heading: String, items: &[Item], style: Style) -> Region {
     let mut region = Region { heading, ..Region::default() };
+    let declarations = items.iter().filter_map(Item::as_declaration);
+    let booleans: Vec<&str> = declarations
+        .filter(|one| match &one.kind {
+            DeclarationKind::Output { ty, .. } | DeclarationKind::Var { ty, len: None, .. } => {
+                *ty == Type::Bool
+            }
+            _ => false,
+        })
+        .map(|one| one.name.text.as_str())
+        .collect();
     for item in items {
         match item {
-            Item::Step(one) => add_step(&mut region, one, "step"),
+            Item::Step(one) => add_step(&mut region, one, "step", style, &booleans),
             Item::Enclosing(one) => {
-                add_step(&mut region, &one.step, "enclosing");
-                region.inner.push(self::region(one.step.name.text.clone(), &one.items));
+                add_step(&mut region, &one.step, "enclosing", style, &booleans);
+                region.inner.push(self::region(one.step.name.text.clone(), &one.items, style));
             }
             Item::MacroStep(one) => {
                 let (is_initial, left) = role(one.role);
@@ -301,7 +423,7 @@ pub(crate) fn region(heading: String, items: &[Item]) -> Region {
                 label(&mut region, &one.meta.label);
             }
             Item::Macro(one) => {
-                region.inner.push(self::region(format!("M {}", one.name.text), &one.items));
+                region.inner.push(self::region(format!("M {}", one.name.text), &one.items, style));
             }
             _ => {}
         }
@@ -357,7 +479,13 @@ fn dotted(path: &Path) -> String {
     path.names.iter().map(|name| plain(&name.text)).collect::<Vec<_>>().join(".")
 }
 
-fn add_step(region: &mut Region, step: &grafsynth_ir::chart::Step, kind: &str) {
+fn add_step(
+    region: &mut Region,
+    step: &grafsynth_ir::chart::Step,
+    kind: &str,
+    style: Style,
+    booleans: &[&str],
+) {
     let (is_initial, mut left) = role(step.role);
     if step.activation_link {
         left = format!("{left} *").trim().to_owned();
@@ -365,72 +493,137 @@ fn add_step(region: &mut Region, step: &grafsynth_ir::chart::Step, kind: &str) {
     let own = Path::from(step.name.clone());
     let mut actions = Vec::new();
     for item in &step.body {
-        let mut action = Action {
-            qualifier: String::new(),
-            when: String::new(),
-            text: String::new(),
-            condition: None,
-            is_forcing: false,
-        };
-        match &item.kind {
-            StepItemKind::Action { target, arguments, how, condition: guard } => {
-                action.text = plain(&target.text);
-                if arguments.is_some() {
-                    action.text.push_str("()");
-                }
-                let mut more = Vec::new();
-                match how {
-                    ActionHow::Bare => {}
-                    ActionHow::After(ns) => more.push(wait(&own, *ns)),
-                    ActionHow::For(ns) => more.push(expr(ExprKind::Not(Box::new(wait(&own, *ns))))),
-                    ActionHow::Qualified(qualifier, ns) => {
-                        action.qualifier = qualifier.letters().to_owned();
-                        action.qualifier.extend(ns.map(|ns| format!(" {}", time(ns))));
-                    }
-                }
-                if guard.is_some() || !more.is_empty() {
-                    action.condition = {
-                        more.extend(guard.clone());
-                        Some(shown(&all_of(more)))
-                    };
-                }
-            }
-            StepItemKind::Entry(block) => {
-                action.when = "↑".into();
-                action.text = canonical(block);
-            }
-            StepItemKind::Exit(block) => {
-                action.when = "↓".into();
-                action.text = canonical(block);
-            }
-            StepItemKind::On { events, guard, actions } => {
-                action.qualifier = "on".into();
-                action.text = canonical(actions);
-                action.condition = Some(shown(&condition(events, guard.as_ref(), Vec::new())));
-            }
-            StepItemKind::Priority(rank) => {
-                region.remarks.push(format!("priority {rank}"));
-                continue;
-            }
-            StepItemKind::Force { target, order } => {
-                action.is_forcing = true;
-                let order = match order {
-                    ForceOrder::Situation(steps) => {
-                        steps.iter().map(dotted).collect::<Vec<_>>().join(", ")
-                    }
-                    ForceOrder::Init => "INIT".to_owned(),
-                    ForceOrder::Hold => "*".to_owned(),
-                };
-                action.text = format!("G {} {{{order}}}", dotted(target));
-            }
-            StepItemKind::Budget(_) | StepItemKind::Task { .. } | StepItemKind::Code(_) => continue,
+        if let StepItemKind::Priority(rank) = &item.kind {
+            region.remarks.push(format!("priority {rank}"));
+            continue;
         }
-        actions.push(action);
+        actions.extend(match style {
+            Style::Grafcet => grafcet_action(&own, &item.kind),
+            Style::Sfc => sfc_action(&item.kind, booleans),
+        });
     }
     label(region, &step.meta.label);
     region
         .steps
         .insert(step.name.text.clone(), Step { is_initial, kind: kind.to_owned(), left, actions });
+}
+
+fn situation(target: &Path, order: &ForceOrder) -> String {
+    let order = match order {
+        ForceOrder::Situation(steps) => steps.iter().map(dotted).collect::<Vec<_>>().join(", "),
+        ForceOrder::Init => "INIT".to_owned(),
+        ForceOrder::Hold => "*".to_owned(),
+    };
+    format!("G {} {{{order}}}", dotted(target))
+}
+
+fn no_action() -> Action {
+    Action {
+        qualifier: String::new(),
+        when: String::new(),
+        text: String::new(),
+        condition: None,
+        is_forcing: false,
+        indicator: String::new(),
+    }
+}
+
+/// An action block of IEC 61131-3.
+fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Option<Action> {
+    let mut action = no_action();
+    let st_time = |ns: u64| format!(" T#{}", time(ns).replace("min", "m"));
+    match item {
+        StepItemKind::Action { target, arguments, how, condition } => {
+            action.text = target_text(&target.text, arguments.is_some());
+            action.qualifier = match how {
+                ActionHow::Bare => "N".to_owned(),
+                ActionHow::After(ns) => format!("D{}", st_time(*ns)),
+                ActionHow::For(ns) => format!("L{}", st_time(*ns)),
+                ActionHow::Qualified(qualifier, ns) => {
+                    format!("{qualifier:?}{}", ns.map(st_time).unwrap_or_default())
+                }
+            };
+            action.condition = condition.as_ref().map(shown);
+            return Some(action);
+        }
+        StepItemKind::Entry(list) => {
+            (action.qualifier, action.text) = ("P1".to_owned(), canonical(list));
+        }
+        StepItemKind::Exit(list) => {
+            (action.qualifier, action.text) = ("P0".to_owned(), canonical(list));
+        }
+        StepItemKind::On { events, guard, actions } => {
+            action.qualifier = "on".to_owned();
+            let condition = condition(events, guard.as_ref(), Vec::new());
+            let kind = StmtKind::If { condition, then: actions.clone(), otherwise: Vec::new() };
+            action.text = canonical(&vec![Stmt { kind, span: Span::default() }]);
+        }
+        StepItemKind::Force { target, order } => {
+            (action.qualifier, action.text) = ("force".to_owned(), situation(target, order));
+        }
+        _ => return None,
+    }
+    let mut indicators: Vec<&str> = Vec::new();
+    for stmt in grafsynth_ir::chart::statements(item.list().map_or(&[], Vec::as_slice)) {
+        if let StmtKind::Assign { target, .. } = &stmt.kind
+            && let [name] = target.names.as_slice()
+            && booleans.contains(&name.text.as_str())
+            && !indicators.contains(&name.text.as_str())
+        {
+            indicators.push(&name.text);
+        }
+    }
+    if let [only] = indicators.as_slice() {
+        action.indicator = plain(only);
+    }
+    Some(action)
+}
+
+fn grafcet_action(own: &Path, item: &StepItemKind) -> Option<Action> {
+    let mut action = no_action();
+    match item {
+        StepItemKind::Action { target, arguments, how, condition: guard } => {
+            action.text = plain(&target.text);
+            if arguments.is_some() {
+                action.text.push_str("()");
+            }
+            let mut more = Vec::new();
+            match how {
+                ActionHow::Bare => {}
+                ActionHow::After(ns) => more.push(wait(own, *ns)),
+                ActionHow::For(ns) => more.push(expr(ExprKind::Not(Box::new(wait(own, *ns))))),
+                ActionHow::Qualified(qualifier, ns) => {
+                    action.qualifier = qualifier.letters().to_owned();
+                    action.qualifier.extend(ns.map(|ns| format!(" {}", time(ns))));
+                }
+            }
+            if guard.is_some() || !more.is_empty() {
+                action.condition = {
+                    more.extend(guard.clone());
+                    Some(shown(&all_of(more)))
+                };
+            }
+        }
+        StepItemKind::Entry(block) => {
+            action.when = "↑".into();
+            action.text = canonical(block);
+        }
+        StepItemKind::Exit(block) => {
+            action.when = "↓".into();
+            action.text = canonical(block);
+        }
+        StepItemKind::On { events, guard, actions } => {
+            action.qualifier = "on".into();
+            action.text = canonical(actions);
+            action.condition = Some(shown(&condition(events, guard.as_ref(), Vec::new())));
+        }
+        StepItemKind::Force { target, order } => {
+            action.is_forcing = true;
+            action.text = situation(target, order);
+        }
+        _ => return None,
+    }
+    Some(action)
 }
 
 fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
@@ -456,6 +649,7 @@ fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
             text: canonical(&one.actions),
             condition: None,
             is_forcing: false,
+            indicator: String::new(),
         });
     }
     region.transitions.push(Transition {

@@ -1,6 +1,6 @@
 //! The drawings in docs/gallery are those of the examples. `scripts/gallery` writes them.
 
-use grafsynth_draw::{Options, layout, svg};
+use grafsynth_draw::{Options, Style, layout, svg};
 use grafsynth_frontend::{graf, scxml};
 use grafsynth_ir::FileId;
 
@@ -20,15 +20,25 @@ fn the_gallery_shows_the_examples() {
                 _ => continue,
             };
             let stem = file.file_stem().and_then(|it| it.to_str()).expect("it is there");
-            let drawing = layout(&parsed.expect("it is a chart"), &Options::default());
-            let drawing = svg(&drawing.expect("it is there"));
-            let kept = std::fs::read_to_string(format!("{root}/docs/gallery/{stem}.svg"));
-            assert!(
-                kept.is_ok_and(|kept| kept == drawing),
-                "docs/gallery/{stem}.svg is not the drawing: run scripts/gallery"
-            );
-            assert!(page.contains(&format!("(gallery/{stem}.svg)")), "{stem} is not on the page");
-            n_drawings += 1;
+            let design = parsed.expect("it is a chart");
+            let mut drawings = vec![(stem.to_owned(), Style::Grafcet)];
+            if stem == "filler" {
+                drawings.push(("filler_sfc".to_owned(), Style::Sfc));
+            }
+            for (name, style) in drawings {
+                let drawing = layout(&design, &Options { style, ..Options::default() });
+                let drawing = svg(&drawing.expect("it is there"));
+                let kept = std::fs::read_to_string(format!("{root}/docs/gallery/{name}.svg"));
+                assert!(
+                    kept.is_ok_and(|kept| kept == drawing),
+                    "docs/gallery/{name}.svg is not the drawing: run scripts/gallery"
+                );
+                assert!(
+                    page.contains(&format!("(gallery/{name}.svg)")),
+                    "{name} is not on the page"
+                );
+                n_drawings += 1;
+            }
         }
     }
     assert!(n_drawings > 10);

@@ -4,6 +4,7 @@
 
 mod expected;
 mod gallery;
+mod pages;
 mod random;
 mod read_back;
 mod reader;

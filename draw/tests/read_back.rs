@@ -3,7 +3,7 @@
 use crate::expected::{self, Vocabulary};
 use crate::random::random_chart;
 use crate::reader::{self, Region, Shapes};
-use grafsynth_draw::{Options, layout, svg};
+use grafsynth_draw::{Options, Style, layout, svg};
 use grafsynth_frontend::graf;
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::Design;
@@ -18,9 +18,23 @@ fn drawn(design: &Design, words: bool) -> String {
     svg(&layout(design, &Options { words, ..Options::default() }).expect("it is there"))
 }
 
+fn drawn_as_sfc(design: &Design, words: bool) -> String {
+    let options = Options { style: Style::Sfc, words, ..Options::default() };
+    svg(&layout(design, &options).expect("it is there"))
+}
+
 /// Why a drawing does not match the chart.
 fn difference(design: &Design, vocabulary: &Vocabulary, svg: &str) -> Option<String> {
-    let read = match reader::read(svg) {
+    difference_in(Style::Grafcet, design, vocabulary, svg)
+}
+
+fn difference_in(
+    style: Style,
+    design: &Design,
+    vocabulary: &Vocabulary,
+    svg: &str,
+) -> Option<String> {
+    let read = match reader::read(svg, style) {
         Ok(read) => read,
         Err(why) => return Some(why),
     };
@@ -30,13 +44,21 @@ fn difference(design: &Design, vocabulary: &Vocabulary, svg: &str) -> Option<Str
         return Some(format!("{} charts", charts.len()));
     }
     charts.iter().zip(&design.charts).find_map(|(read, chart)| {
-        let expected = expected::region(format!("G {}", chart.name.text), &chart.items);
-        compare(&expected, read, vocabulary).map(|why| format!("{}: {why}", headings(&expected)))
+        let kind = if style == Style::Sfc { "SFC" } else { "G" };
+        let heading = format!("{kind} {}", chart.name.text);
+        let expected = expected::region(heading, &chart.items, style);
+        compare(style, &expected, read, vocabulary)
+            .map(|why| format!("{}: {why}", headings(&expected)))
     })
 }
 
-fn compare(expected: &Region, read: &Region, vocabulary: &Vocabulary) -> Option<String> {
-    let understood = match understood(read, vocabulary, expected) {
+fn compare(
+    style: Style,
+    expected: &Region,
+    read: &Region,
+    vocabulary: &Vocabulary,
+) -> Option<String> {
+    let understood = match understood(style, read, vocabulary, expected) {
         Ok(understood) => understood,
         Err(why) => return Some(why),
     };
@@ -75,11 +97,16 @@ fn compare(expected: &Region, read: &Region, vocabulary: &Vocabulary) -> Option<
         .inner
         .iter()
         .zip(&read.inner)
-        .find_map(|(expected, read)| compare(expected, read, vocabulary))
+        .find_map(|(expected, read)| compare(style, expected, read, vocabulary))
 }
 
 /// The region with conditions and lists in the form of the expected ones.
-fn understood(read: &Region, vocabulary: &Vocabulary, expected: &Region) -> Result<Region, String> {
+fn understood(
+    style: Style,
+    read: &Region,
+    vocabulary: &Vocabulary,
+    expected: &Region,
+) -> Result<Region, String> {
     let mut region = read.clone();
     for transition in &mut region.transitions {
         transition.receptivity = vocabulary.condition(&transition.receptivity)?;
@@ -89,6 +116,10 @@ fn understood(read: &Region, vocabulary: &Vocabulary, expected: &Region) -> Resu
     }
     for (name, step) in &mut region.steps {
         for (index, action) in step.actions.iter_mut().enumerate() {
+            if style == Style::Sfc {
+                vocabulary.row(action)?;
+                continue;
+            }
             if let Some(condition) = &mut action.condition {
                 *condition = vocabulary.condition(condition)?;
             }
@@ -160,6 +191,21 @@ fn check(text: &str) {
     }
 }
 
+/// The same in the style of IEC 61131-3.
+fn check_sfc(text: &str) {
+    let design = parsed(text);
+    let sfc = drawn_as_sfc(&design, true);
+    let vocabulary = Vocabulary::of(&design);
+    if let Some(why) = difference_in(Style::Sfc, &design, &vocabulary, &sfc) {
+        panic!("with words: {why}\n{text}");
+    }
+    let sfc = drawn_as_sfc(&design, false);
+    let why = difference_in(Style::Sfc, &design, &vocabulary.st(), &sfc).or_else(|| flaws(&sfc));
+    if let Some(why) = why {
+        panic!("{why}\n{text}");
+    }
+}
+
 /// The Grafcet charts in `examples`.
 fn examples() -> Vec<String> {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples");
@@ -194,6 +240,63 @@ fn the_drawings_of_random_charts_are_these_charts() {
 #[test]
 fn every_form_of_action_and_condition_is_drawn() {
     check(include_str!("forms.graf"));
+}
+
+#[test]
+fn sequential_function_charts_are_their_charts() {
+    examples().iter().for_each(|text| check_sfc(text));
+    (0..40).for_each(|seed| check_sfc(&random_chart(seed)));
+    check_sfc(include_str!("forms.graf"));
+}
+
+/// A line or text of an action block that is moved or missing is noticed.
+#[test]
+fn spoiled_action_blocks_are_noticed() {
+    let text = include_str!("blocks.graf");
+    check_sfc(text);
+    let design = parsed(text);
+    let vocabulary = Vocabulary::of(&design).st();
+    let svg = drawn_as_sfc(&design, false);
+    let lines: Vec<&str> = svg.lines().collect();
+    let mut n_spoiled = 0;
+    for (index, line) in lines.iter().enumerate() {
+        let is_line = ["<line class=\"l\"", "<line class=\"d\"", "<line class=\"b\""];
+        let is_line = is_line.iter().any(|it| line.starts_with(it));
+        if !is_line && !line.starts_with("<text x") {
+            continue;
+        }
+        for other in [String::new(), moved(line)].iter().take(if is_line { 2 } else { 1 }) {
+            let mut lines = lines.clone();
+            lines[index] = other;
+            let why = difference_in(Style::Sfc, &design, &vocabulary, &lines.join("\n"));
+            assert!(why.is_some(), "not noticed: {line} -> {other}");
+            n_spoiled += 1;
+        }
+    }
+    assert!(n_spoiled > 80, "{n_spoiled}");
+}
+
+/// `after` compares the time of the step, unless the control of IEC 61131-3 runs the output; the legend says which it is.
+#[test]
+fn the_legend_says_whose_time_is_meant() {
+    let legend = "D, L: here the time since the activation of the step";
+    for (text, is_said) in [
+        ("output R\n initial step a { R after 3 s }", true),
+        ("output R\n initial step a { R after 3 s }\n step b { reset R }\n a -> b", false),
+        ("actions iec\n output R\n initial step a { R after 3 s }", false),
+        ("output R\n initial step a { R D 3 s }", false),
+    ] {
+        let svg = drawn_as_sfc(&parsed(&format!("chart g {{ {text} }}")), false);
+        assert_eq!(svg.contains(legend), is_said, "{text}");
+        assert!(svg.contains(">D T#3s</text>"), "{text}");
+    }
+}
+
+#[test]
+fn a_statechart_is_not_a_sequential_function_chart() {
+    let design = parsed("chart m { state a {} }");
+    let options = Options { style: Style::Sfc, ..Options::default() };
+    assert_eq!(layout(&design, &options), Err(grafsynth_draw::NotDrawn::Statechart));
 }
 
 /// A drawing with a line moved or missing, a text or a bar missing, or a text changed is not the drawing of the chart.
@@ -298,5 +401,5 @@ fn hostile_texts_stay_texts() {
     );
     let svg = drawn(&design, false);
     assert!(!svg.contains("<script") && !svg.contains('\u{202E}'));
-    assert_eq!(reader::read(&svg).expect("it is there").steps.len(), 2);
+    assert_eq!(reader::read(&svg, Style::Grafcet).expect("it is there").steps.len(), 2);
 }

@@ -1,5 +1,6 @@
 //! Reads a drawing back from its geometry: the ends of lines on borders and bars, and texts beside or inside their symbols. Ids are not used.
 
+use grafsynth_draw::Style;
 use roxmltree::Node;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -140,6 +141,8 @@ pub(crate) struct Action {
     pub(crate) text: String,
     pub(crate) condition: Option<String>,
     pub(crate) is_forcing: bool,
+    /// The indicator of an action block of IEC 61131-3.
+    pub(crate) indicator: String,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -171,12 +174,13 @@ pub(crate) struct Region {
     pub(crate) remarks: Vec<String>,
 }
 
-/// Reads the sheet: a region for everything outside of frames, with the frames in it.
-pub(crate) fn read(svg: &str) -> Result<Region, String> {
-    region(shapes(svg)?)
+/// Reads the sheet: a region for everything outside of frames, with the frames in it. In the style of IEC 61131-3, boxes right of steps have a row for each
+/// action.
+pub(crate) fn read(svg: &str, style: Style) -> Result<Region, String> {
+    region(shapes(svg)?, style)
 }
 
-fn region(mut shapes: Shapes) -> Result<Region, String> {
+fn region(mut shapes: Shapes, style: Style) -> Result<Region, String> {
     let mut inner = Vec::new();
     let all = std::mem::take(&mut shapes.frames);
     let outer: Vec<Rect> = all
@@ -195,9 +199,9 @@ fn region(mut shapes: Shapes) -> Result<Region, String> {
         part.details = split(&mut shapes.details, |it| take(middle(it)));
         part.bars = split(&mut shapes.bars, |it| take(middle(it)));
         part.texts = split(&mut shapes.texts, |it| take((it.x + it.width / 2, it.y - 3)));
-        inner.push(region(part)?);
+        inner.push(region(part, style)?);
     }
-    let mut region = Reader::new(shapes)?.region()?;
+    let mut region = Reader::new(shapes, style)?.region()?;
     region.inner = inner;
     Ok(region)
 }
@@ -224,6 +228,7 @@ struct Net {
 }
 
 struct Reader {
+    style: Style,
     shapes: Shapes,
     lines: Vec<Text>,
     used: BTreeSet<usize>,
@@ -231,9 +236,9 @@ struct Reader {
 }
 
 impl Reader {
-    fn new(shapes: Shapes) -> Result<Self, String> {
+    fn new(shapes: Shapes, style: Style) -> Result<Self, String> {
         let lines = text_lines(&shapes);
-        Ok(Reader { shapes, lines, used: BTreeSet::new(), doubles: Vec::new() })
+        Ok(Reader { style, shapes, lines, used: BTreeSet::new(), doubles: Vec::new() })
     }
 
     /// Takes the line of text that `is_it` describes.
@@ -268,9 +273,11 @@ impl Reader {
         };
         let (actions, steps): (Vec<Rect>, Vec<Rect>) =
             self.shapes.boxes.iter().partition(|it| is_action(it));
-        let mut boxes: Vec<Option<Action>> = Vec::new();
+        let links = self.shapes.links.clone();
+        let mut boxes: Vec<Option<Vec<Action>>> = Vec::new();
         for rect in &actions {
-            boxes.push(Some(self.action(rect)?));
+            let is_stack = self.style == Style::Sfc && links.iter().any(|line| enters(line, rect));
+            boxes.push(Some(if is_stack { self.stack(rect)? } else { vec![self.action(rect)?] }));
         }
         let mut names = Vec::new();
         for rect in &steps {
@@ -310,9 +317,9 @@ impl Reader {
             }
             entered.sort_by_key(|index| actions[*index].y);
             for index in entered {
-                let action = boxes[index].take().ok_or("an action of two steps")?;
+                let actions = boxes[index].take().ok_or("an action of two steps")?;
                 if let Some(step) = region.steps.get_mut(&names[owner]) {
-                    step.actions.push(action);
+                    step.actions.extend(actions);
                 }
             }
         }
@@ -620,14 +627,70 @@ impl Reader {
             text,
             condition,
             is_forcing: self.has_inset(rect),
+            indicator: String::new(),
         })
+    }
+
+    /// The rows of a box, which lines divide into qualifier, action and perhaps indicator.
+    fn stack(&mut self, rect: &Rect) -> Result<Vec<Action>, String> {
+        let Rect { x, y, w, h } = *rect;
+        let details = &self.shapes.details;
+        let across = details.iter().filter(|line| {
+            line.y1 == line.y2 && line.x1 == x && line.x2 == x + w && y < line.y1 && line.y1 < y + h
+        });
+        let mut cuts: Vec<i64> = across.map(|line| line.y1).chain([y, y + h]).collect();
+        cuts.sort_unstable();
+        let mut rows = Vec::new();
+        let mut first = None;
+        for pair in cuts.windows(2) {
+            let row = Rect { x, y: pair[0], w, h: pair[1] - pair[0] };
+            let inside = self.shapes.details.iter().filter(|line| {
+                line.x1 == line.x2
+                    && x < line.x1
+                    && line.x1 < x + w
+                    && row.y <= line.y1
+                    && line.y2 <= row.y + row.h
+            });
+            let mut columns: Vec<i64> = Vec::new();
+            for line in inside {
+                if line.y1 != row.y || line.y2 != row.y + row.h {
+                    return Err(format!("a line that does not divide a row: {line:?}"));
+                }
+                columns.push(line.x1);
+            }
+            columns.sort_unstable();
+            let (left, right) = match columns.as_slice() {
+                [left] => (*left, x + w),
+                [left, right] => (*left, *right),
+                _ => return Err(format!("{} columns in a row", columns.len() + 1)),
+            };
+            if *first.get_or_insert(left) != left {
+                return Err("rows with different columns".to_owned());
+            }
+            let action = Action {
+                qualifier: self.inside(&row, x, left, " "),
+                when: String::new(),
+                text: self.inside(&row, left, right, " "),
+                condition: None,
+                is_forcing: false,
+                indicator: self.inside(&row, right, x + w, " "),
+            };
+            if action.qualifier.is_empty() || action.text.is_empty() {
+                return Err("an action block without qualifier or action".to_owned());
+            }
+            if action.indicator.is_empty() != (right == x + w) {
+                return Err("a column without an indicator".to_owned());
+            }
+            rows.push(action);
+        }
+        Ok(rows)
     }
 
     fn transition(
         &mut self,
         bar: &Line,
         actions: &[Rect],
-        boxes: &mut [Option<Action>],
+        boxes: &mut [Option<Vec<Action>>],
     ) -> Result<Transition, String> {
         let name = self.take(|line| line.x + line.width == bar.x1 - 6 && line.y == bar.y1 + 4);
         let name =
@@ -661,7 +724,7 @@ impl Reader {
                     && line.ends().iter().any(|it| it.0 == end.0 && (it.1 - end.1).abs() <= 1)
             };
             if self.shapes.details.iter().any(is_joined) {
-                own.extend(action.take());
+                own.extend(action.take().unwrap_or_default());
             }
         }
         Ok(Transition {

@@ -23,6 +23,7 @@ pub mod instance;
 pub mod interval;
 pub mod logic;
 pub mod lower;
+pub mod markup;
 pub mod names;
 pub mod net;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! The file: one HTML document with its style, its scripts and its data, that may load nothing.
 
 use crate::contents::{Language, WORDS, word};
+use grafsynth_ir::markup::escape;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 use std::fmt::Write as _;
@@ -129,26 +130,6 @@ fn embedded(data: &Value) -> String {
             | '\u{200E}'
             | '\u{200F}' => {
                 let _ = write!(out, "\\u{:04x}", u32::from(c));
-            }
-            c => out.push(c),
-        }
-    }
-    out
-}
-
-/// A text as content of the document.
-fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            c if c.is_control()
-                || matches!(c, '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}') =>
-            {
-                out.push('\u{FFFD}')
             }
             c => out.push(c),
         }

@@ -12,7 +12,7 @@ mod outputs;
 mod staging;
 
 use outputs::Outputs;
-pub(crate) use outputs::{Hashed, Stale, hashed};
+pub(crate) use outputs::{Hashed, Stale, hashed, sha256};
 pub(crate) use staging::Output;
 use staging::Staging;
 use std::fs;

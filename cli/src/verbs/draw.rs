@@ -1,25 +1,91 @@
 //! `grafsynth draw FILE`.
 
-use crate::args::{BlankPart, Draw};
+use crate::args::{BlankPart, Draw, DrawStyle, PaperSize};
 use crate::exit::Exit;
+use crate::files;
 use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
-use grafsynth_draw::{Blank, NotDrawn, Options, layout, svg};
-use grafsynth_driver::stem::FileStem;
-use std::path::PathBuf;
+use crate::verbs::{draw_overlays, products};
+use grafsynth_draw::{
+    Blank, NotDrawn, Options, Paper, PdfFile, Picture, Style, TitleBlock, frames, layout, page_svg,
+    pages, pdf, svg,
+};
+use grafsynth_driver::read::NetDesign;
+use std::path::{Path, PathBuf};
+
+/// The size in per cent below which a page is reported as hard to read.
+const SMALL: i64 = 50;
 
 pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
     let file = &arguments.input.file;
+    let output = products::target(arguments.output.as_deref(), file, "svg");
+    let paper = paper(arguments, &output)?;
     let (design, found) = session.net(&arguments.input)?;
     session.show(&found);
+    let Some(picture) = picture(session, arguments, &design)? else {
+        return Ok(Exit::Errors);
+    };
+    match paper {
+        None => products::write_text(session, output, svg(&picture)),
+        Some(paper) => write_pages(session, &design, &picture, paper, &output),
+    }
+}
+
+/// The paper, if the drawing is divided into pages: for `--page` and PDF files.
+fn paper(arguments: &Draw, output: &Path) -> Result<Option<Paper>, Stop> {
+    let size = match arguments.page {
+        None if is_pdf(output) => Some(PaperSize::A4),
+        size => size,
+    };
+    if size.is_some() && products::is_stdout(output) {
+        return Err(Stop::Usage(
+            "pages are files: name one with -o, for example -o plant.pdf".to_owned(),
+        ));
+    }
+    Ok(size.map(|size| match size {
+        PaperSize::A4 => Paper::A4,
+        PaperSize::A3 => Paper::A3,
+        PaperSize::Letter => Paper::Letter,
+    }))
+}
+
+fn is_pdf(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pdf"))
+}
+
+/// The drawing with its overlays; `None` if a file for one of them has errors, which were shown.
+fn picture(
+    session: &mut Session,
+    arguments: &Draw,
+    design: &NetDesign,
+) -> Result<Option<Picture>, Stop> {
+    let file = &arguments.input.file;
     let Some(chart) = &design.chart else {
         return Err(Stop::Input(format!(
             "{file} contains a net, not a chart; convert it to .graf and draw the result"
         )));
     };
+    let net = &design.net;
+    let parts = match &arguments.split {
+        Some(path) => draw_overlays::split_parts(session, net, path)?,
+        None => Vec::new(),
+    };
+    let counts = match &arguments.coverage {
+        Some(path) => {
+            let Some(counts) = draw_overlays::coverage(session, net, path)? else {
+                return Ok(None);
+            };
+            Some(counts)
+        }
+        None => None,
+    };
     let is_blank = |part| arguments.blank.contains(&part);
     let options = Options {
         chart: arguments.chart.as_deref(),
+        style: match arguments.style {
+            DrawStyle::Grafcet => Style::Grafcet,
+            DrawStyle::Sfc => Style::Sfc,
+        },
         words: arguments.words,
         active: &arguments.active,
         blank: Blank {
@@ -27,11 +93,25 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
             receptivities: is_blank(BlankPart::Receptivities),
             names: is_blank(BlankPart::Names),
         },
+        parts: &parts,
+        counts: counts.as_ref(),
     };
-    let picture = layout(chart, &options).map_err(|why| match why {
+    let drawn = match &arguments.frames {
+        Some(path) => frames(chart, &options, &draw_overlays::trace_frames(session, net, path)?),
+        None => layout(chart, &options),
+    };
+    drawn.map(Some).map_err(|why| not_drawn(arguments, why))
+}
+
+fn not_drawn(arguments: &Draw, why: NotDrawn) -> Stop {
+    let file = &arguments.input.file;
+    match why {
         NotDrawn::NoStep(name) => {
             Stop::Usage(format!("{file} contains no step or state `{name}` to draw as active"))
         }
+        NotDrawn::Statechart => Stop::Input(format!(
+            "{file} contains a statechart, which cannot be drawn as a sequential function chart; omit --style sfc, or name another chart with --chart"
+        )),
         NotDrawn::NoChart(names) => {
             let wanted = arguments.chart.as_deref().unwrap_or_default();
             let near = did_you_mean(wanted, names.iter().map(String::as_str));
@@ -40,17 +120,48 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
                 names.join(", ")
             ))
         }
-    })?;
-    let text = svg(&picture);
-    let output = arguments.output.clone().unwrap_or_else(|| match FileStem::of_path(file) {
-        Some(stem) => PathBuf::from(format!("{}.svg", stem.as_str())),
-        None => PathBuf::from("-"),
-    });
-    if output.as_os_str() == "-" {
-        crate::print(&text);
-        return Ok(Exit::Done);
     }
-    session.write_named(vec![(output.clone(), text.into_bytes())])?;
-    session.note(&format!("wrote {}\n", output.display()));
-    Ok(Exit::Done)
+}
+
+/// Writes the pages: one PDF file, or a numbered SVG file for each.
+fn write_pages(
+    session: &Session,
+    design: &NetDesign,
+    picture: &Picture,
+    paper: Paper,
+    output: &Path,
+) -> Result<Exit, Stop> {
+    let source = session.sources.get(grafsynth_ir::FileId(0));
+    let hash = source.map(|source| files::sha256(source.text.as_bytes())).unwrap_or_default();
+    let hash = hash.get(..16).unwrap_or_default();
+    let pages = pages(picture, paper, &TitleBlock::of(&design.net, hash));
+    for (number, page) in (1..).zip(&pages) {
+        if page.percent < SMALL {
+            session.warn(&format!(
+                "page {number} is drawn at {} % of its size; use larger paper, or draw one chart with --chart",
+                page.percent
+            ));
+        }
+    }
+    if !is_pdf(output) {
+        let all = (1..).zip(&pages);
+        let all = all.map(|(number, page)| (numbered(output, number), page_svg(page).into_bytes()));
+        return products::write(session, all.collect());
+    }
+    let PdfFile { bytes, missing } = pdf(&pages, &picture.title);
+    if !missing.is_empty() {
+        let all = missing.iter().map(|c| format!("`{c}` (U+{:04X})", u32::from(*c)));
+        session.warn(&format!(
+            "the PDF file has question marks for characters that its fonts lack: {}; the SVG file shows them",
+            all.collect::<Vec<_>>().join(", ")
+        ));
+    }
+    products::write(session, vec![(output.to_owned(), bytes)])
+}
+
+/// `plant.svg` as `plant-2.svg`.
+fn numbered(path: &Path, number: usize) -> PathBuf {
+    let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
+    let extension = path.extension().and_then(|one| one.to_str()).unwrap_or("svg");
+    path.with_file_name(format!("{stem}-{number}.{extension}"))
 }

@@ -3,10 +3,10 @@
 use crate::args::{Page, PageLanguage};
 use crate::exit::Exit;
 use crate::load::{Session, Stop};
+use crate::verbs::products;
 use grafsynth_draw::{Options, layout};
-use grafsynth_driver::stem::FileStem;
 use grafsynth_page::{Contents, Language, SourceText, page, reference};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The number of reactions of the reference run that a page repeats.
 const REACTIONS: usize = 1000;
@@ -32,17 +32,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
             return Err(Stop::Errors);
         }
     };
-    let output = arguments.output.clone().unwrap_or_else(|| match FileStem::of_path(file) {
-        Some(stem) => PathBuf::from(format!("{}.html", stem.as_str())),
-        None => PathBuf::from("-"),
-    });
-    if output.as_os_str() == "-" {
-        crate::print(&text);
-        return Ok(Exit::Done);
-    }
-    session.write_named(vec![(output.clone(), text.into_bytes())])?;
-    session.note(&format!("wrote {}\n", output.display()));
-    Ok(Exit::Done)
+    products::write_text(session, products::target(arguments.output.as_deref(), file, "html"), text)
 }
 
 /// All texts that were read, each with the name of its file but not its folder: a page may be sent to others.

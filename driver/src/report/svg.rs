@@ -3,6 +3,8 @@
 //! All coordinates are whole pixels and every attribute is on its element, so that all viewers show the same picture. The font is monospaced,
 //! so the width of a text is known without the font.
 
+use grafsynth_ir::markup::escape;
+
 /// A picture under construction.
 pub struct Svg {
     width: u32,
@@ -174,22 +176,4 @@ fn cut(text: &str, size: u32, room: u32) -> String {
     }
     kept.push('…');
     kept
-}
-
-/// A text as content or attribute of XML. Characters that XML does not allow become U+FFFD.
-#[must_use]
-pub fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\t' | '\n' | '\r' => out.push(' '),
-            c if c < ' ' || matches!(c, '\u{FFFE}' | '\u{FFFF}') => out.push('\u{FFFD}'),
-            c => out.push(c),
-        }
-    }
-    out
 }

@@ -2,7 +2,7 @@
 
 use super::chip::{Cell, Chip};
 use super::drawing::{Drawing, PinRole, Shape};
-use super::svg::{Anchor, Pen, Svg, escape, width};
+use super::svg::{Anchor, Pen, Svg, width};
 use super::{page, table};
 use crate::pipeline::{self, BuildOptions, Built, OutputFile};
 use crate::source::Sources;
@@ -56,7 +56,6 @@ fn document(text: &str) -> roxmltree::Document<'_> {
 
 #[test]
 fn text_is_escaped_and_cut() {
-    assert_eq!(escape("a<b> & \"c\"\n\u{1}é"), "a&lt;b&gt; &amp; &quot;c&quot; \u{FFFD}é");
     let mut svg = Svg::new(100, 50, "<é>");
     let pen = Pen { size: 10, colour: "#000", is_bold: true };
     svg.text((1, 2), Anchor::End, pen, "a name that has no room <", 40);

@@ -41,7 +41,7 @@ function load(name, text) {
 
 // The result of the comparison with the reference run: a key of a sentence and its values.
 let verdict = ["comparing", {}];
-// The sentence that says why the page is not trustworthy, with its values; null if it is.
+// The sentence that says why the page cannot be trusted, with its values; null if it can.
 let broken = null;
 
 function drawVerdict() {

@@ -83,7 +83,7 @@ function show(at) {
 
 // --- running ----------------------------------------------------------------------------------------------------------------------
 
-// Reactions per second; Infinity: as many as fit between two pictures.
+// Reactions per second; Infinity: as many as fit into one frame of the browser.
 const SPEEDS = [1, 5, 20, 100, 1000, Infinity];
 
 // The time for the reactions between two pictures, in ms. If pictures take long, reactions may take twice that time, so that a large chart keeps its speed.

@@ -1,5 +1,6 @@
 //! `NAME_wiring.md` and `NAME_wiring.svg`: the connections from pin to pin.
 
+use grafsynth_ir::markup::escape;
 use std::fmt::Write;
 
 use super::{Carries, Connection, End, Link, Request};
@@ -177,7 +178,7 @@ fn package(
         "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>",
         (left + right) / 2,
         top + 16,
-        escaped(title)
+        escape(title)
     );
 }
 
@@ -186,7 +187,7 @@ fn row(body: &mut String, request: &Request<'_>, one: &Connection, end: End, y: 
     let cpu = request.chips.len();
     let is_driven = one.from == end;
     let text_y = y + 4;
-    let name = escaped(&one.name);
+    let name = escape(&one.name);
     let at_cpu = ends(one).find(|other| other.part == cpu);
     let line = |from: usize, to: usize| {
         format!("<line x1=\"{from}\" y1=\"{y}\" x2=\"{to}\" y2=\"{y}\" stroke=\"black\"/>")
@@ -228,7 +229,7 @@ fn row(body: &mut String, request: &Request<'_>, one: &Connection, end: End, y: 
         let label = if others.is_empty() {
             name
         } else {
-            format!("{name}: {}", escaped(&others.join(", ")))
+            format!("{name}: {}", escape(&others.join(", ")))
         };
         let arrow = if is_driven { "→" } else { "←" };
         outside(body, end.pin, &format!("{arrow} {label}"), y);
@@ -249,8 +250,4 @@ fn outside(body: &mut String, pin: u32, label: &str, y: usize) {
         CHIP_RIGHT - 6
     );
     _ = writeln!(body, "<text x=\"{}\" y=\"{text_y}\">{label}</text>", CHIP_RIGHT + 36);
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

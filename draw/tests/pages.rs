@@ -1,0 +1,306 @@
+//! Pages show everything once, with marks at both ends of each cut link; PDF files have a valid structure and contain all texts.
+
+use crate::read_back::parsed;
+use grafsynth_draw::picture::{Pen, Picture, Shape};
+use grafsynth_draw::{
+    Counts, Frame, Options, Page, Paper, Part, TitleBlock, frames, layout, page_svg, pages, pdf,
+    svg,
+};
+use grafsynth_ir::Span;
+use grafsynth_ir::chart::{Design, Item};
+use std::collections::{BTreeMap, BTreeSet};
+
+fn example(path: &str) -> Design {
+    let path = format!("{}/../examples/{path}", env!("CARGO_MANIFEST_DIR"));
+    parsed(&std::fs::read_to_string(path).expect("it is there"))
+}
+
+fn drawn(design: &Design) -> Picture {
+    layout(design, &Options::default()).expect("it is there")
+}
+
+fn title() -> TitleBlock {
+    let cells = [("chart", "line"), ("source", "0123456789abcdef")];
+    TitleBlock { cells: cells.map(|(label, text)| (label.to_owned(), text.to_owned())).to_vec() }
+}
+
+fn texts(picture: &Picture) -> Vec<String> {
+    let texts = picture.marks.iter().filter_map(|mark| match &mark.shape {
+        Shape::Text { text, .. } => Some(text.clone()),
+        _ => None,
+    });
+    let mut texts: Vec<String> = texts.collect();
+    texts.sort();
+    texts
+}
+
+/// The mark of a cut link: its step and the page of the other end.
+fn reference(text: &str) -> Option<(&str, usize)> {
+    let (step, page) = text.split_once(" / page ")?;
+    Some((step, page.parse().ok()?))
+}
+
+/// Checks that the pages show everything once, and returns the number of cut links.
+fn check(picture: &Picture, pages: &[Page]) -> usize {
+    let mut seen = Vec::new();
+    let mut references: BTreeMap<(usize, usize), Vec<String>> = BTreeMap::new();
+    for (number, page) in (1..).zip(pages) {
+        let Page { picture: page, .. } = page;
+        let ends: BTreeSet<(i64, i64)> = page
+            .marks
+            .iter()
+            .filter_map(|mark| match mark.shape {
+                Shape::Line { from, to, pen: Pen::Line } => Some([from, to]),
+                _ => None,
+            })
+            .flatten()
+            .collect();
+        for mark in &page.marks {
+            match &mark.shape {
+                Shape::Text { x, y, text, width, .. } => {
+                    assert!(*x >= 0 && x + width <= page.width && *y <= page.height, "{text}");
+                    match reference(text) {
+                        Some((step, other)) => {
+                            let all = references.entry((number, other)).or_default();
+                            all.push(step.to_owned());
+                            assert!(ends.contains(&(x - 7, y - 4)), "no link at {text}");
+                        }
+                        None => seen.push(text.clone()),
+                    }
+                }
+                Shape::Rect { x, y, width, height, .. } => {
+                    assert!(x + width <= page.width && y + height <= page.height);
+                }
+                _ => {}
+            }
+        }
+        seen.retain(|text| {
+            !["chart", "line", "source", "0123456789abcdef", "page"].contains(&text.as_str())
+        });
+        let own = format!("{number} of {}", pages.len());
+        assert!(seen.contains(&own), "{own}");
+        seen.retain(|text| *text != own);
+    }
+    seen.sort();
+    let mut all = texts(picture);
+    all.retain(|text| !["chart", "line", "source", "page"].contains(&text.as_str()));
+    assert_eq!(seen, all);
+    for ((from, to), mut steps) in references.clone() {
+        let mut others = references.get(&(to, from)).cloned().unwrap_or_default();
+        steps.sort();
+        others.sort();
+        assert_eq!(steps, others, "pages {from} and {to}");
+    }
+    references.values().map(Vec::len).sum()
+}
+
+#[test]
+fn pages_show_everything_once() {
+    let picture = drawn(&example("split-line/line.graf"));
+    for (paper, least) in [(Paper::A4, 3), (Paper::A3, 2), (Paper::Letter, 3)] {
+        let pages = pages(&picture, paper, &title());
+        assert!(pages.len() >= least, "{paper:?}: {} pages", pages.len());
+        assert!(check(&picture, &pages) >= 2 * (pages.len() - 1));
+        for page in &pages {
+            let Picture { width, height, .. } = page.picture;
+            let (wide, high) = page.size;
+            assert!((width * high - height * wide).abs() <= wide.max(high) * 2, "{width} {height}");
+            assert!(page_svg(page).contains(&format!("width=\"{}.{}mm\"", wide / 10, wide % 10)));
+        }
+    }
+    let small = drawn(&parsed("chart line { initial step a\n step b\n a -> b\n b -> a }"));
+    let one = pages(&small, Paper::A4, &title());
+    assert_eq!((one.len(), check(&small, &one)), (1, 0));
+    assert_eq!(one[0].percent, 100);
+}
+
+/// The links at a cut are those of the chart: between both pages, exactly the steps whose links lead from one to the other.
+#[test]
+fn cut_links_name_their_steps() {
+    let steps: String = (0..60)
+        .map(|n| format!(" {} s{n}\n", if n == 0 { "initial step" } else { "step" }))
+        .collect();
+    let links: String = (0..60).map(|n| format!(" s{n} -> s{}\n", (n + 1) % 60)).collect();
+    let picture = drawn(&parsed(&format!("chart line {{\n{steps}{links}}}")));
+    let pages = pages(&picture, Paper::A4, &title());
+    assert!(pages.len() > 2);
+    check(&picture, &pages);
+    for page in &pages[..pages.len() - 1] {
+        let texts = texts(&page.picture);
+        let steps: BTreeSet<&str> =
+            texts.iter().filter_map(|text| Some(reference(text)?.0)).collect();
+        // The last transition returns to the first step, past all cuts.
+        assert!(steps.contains("s0"), "{steps:?}");
+        assert!(steps.len() <= 3, "{steps:?}");
+    }
+}
+
+/// The objects of a PDF file by their number, after a check of its table of offsets.
+fn objects(bytes: &[u8]) -> BTreeMap<usize, String> {
+    // All bytes as characters of the same number.
+    let text: String = bytes.iter().map(|byte| char::from(*byte)).collect();
+    let bytes: Vec<char> = text.chars().collect();
+    let from = |at: usize| bytes[at..].iter().collect::<String>();
+    assert!(text.starts_with("%PDF-1."));
+    assert!(text.trim_end().ends_with("%%EOF"));
+    let start = text.rsplit_once("startxref").expect("it is there").1;
+    let start: usize =
+        start.split_whitespace().next().expect("it is there").parse().expect("a number");
+    let table = from(start);
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("xref"));
+    let (first, count) = lines.next().and_then(|line| line.split_once(' ')).expect("a section");
+    assert_eq!(first, "0");
+    let count: usize = count.trim().parse().expect("a number");
+    let mut objects = BTreeMap::new();
+    for number in 0..count {
+        let line = lines.next().expect("an entry");
+        if line.contains('f') {
+            continue;
+        }
+        let offset: usize = line[..10].parse().expect("an offset");
+        let object = from(offset);
+        assert!(object.starts_with(&format!("{number} 0 obj")), "{number}");
+        objects.insert(number, object.split("endobj").next().expect("it is there").to_owned());
+    }
+    objects
+}
+
+/// The texts in the content of a page, one on each line; bytes are characters of the same number.
+fn shown(content: &str) -> String {
+    let mut out = String::new();
+    for line in content.lines().filter_map(|line| line.trim().strip_suffix(" Tj")) {
+        if let Some(hex) = line.strip_prefix('<') {
+            for at in (0..hex.len() - 1).step_by(2) {
+                out.push(char::from(u8::from_str_radix(&hex[at..at + 2], 16).expect("a byte")));
+            }
+        } else {
+            let text = line.strip_prefix('(').and_then(|text| text.strip_suffix(')'));
+            let text = text.expect("a text in parentheses");
+            out.push_str(&text.replace("\\(", "(").replace("\\)", ")").replace("\\\\", "\\"));
+        }
+        out.push('\n');
+    }
+    out
+}
+
+#[test]
+fn pdf_files_have_pages_and_texts() {
+    let picture = drawn(&example("split-line/line.graf"));
+    let pages = pages(&picture, Paper::A4, &title());
+    let file = pdf(&pages, "line");
+    assert_eq!(file, pdf(&pages, "line"));
+    assert!(file.missing.is_empty(), "{:?}", file.missing);
+    let objects = objects(&file.bytes);
+    let tree = objects.values().find(|object| object.contains("/Type /Pages")).expect("a tree");
+    assert!(tree.contains(&format!("/Count {}", pages.len())));
+    let entries: Vec<&String> = objects
+        .values()
+        .filter(|object| object.contains("/Type /Page\n") || object.contains("/Type /Page "))
+        .collect();
+    assert_eq!(entries.len(), pages.len());
+    for (entry, page) in entries.iter().zip(&pages) {
+        assert!(entry.contains("/MediaBox [0 0 595.27"), "{entry}");
+        let (_, contents) = entry.split_once("/Contents ").expect("it has contents");
+        let number = contents.split(' ').next().expect("a number").parse().expect("a number");
+        let stream: &String = &objects[&number];
+        let (head, data) = stream.split_once("stream\n").expect("a stream");
+        let data = data.rsplit_once("endstream").expect("its end").0;
+        let length = head.split_once("/Length ").expect("a length").1;
+        let length: usize =
+            length.split_whitespace().next().expect("a number").parse().expect("a number");
+        assert!((length..=length + 1).contains(&data.chars().count()), "{length}");
+        let shown = shown(data);
+        for text in texts(&page.picture).iter().filter(|text| text.is_ascii()) {
+            assert!(shown.contains(text.as_str()), "{text} is not in\n{shown}");
+        }
+    }
+}
+
+#[test]
+fn signs_are_in_the_font_symbol_and_other_characters_are_reported() {
+    let picture = drawn(&parsed(
+        "chart line { input a, n: int 0..9\n initial step a1 \"größe Ж α\"\n step b\n a1 -> b when rise(a) and n >= 3 }",
+    ));
+    let pages = pages(&picture, Paper::A4, &title());
+    let file = pdf(&pages, "line");
+    assert_eq!(file.missing, BTreeSet::from(['Ж']));
+    let text: String = file.bytes.iter().map(|byte| char::from(*byte)).collect();
+    assert!(text.contains("/BaseFont /Symbol"));
+    let shown = shown(&text);
+    // The arrow, the sign for at least, and alpha in the font Symbol.
+    for text in ["\"gr\u{f6}\u{df}e ? \n", "\n\u{ad}\n", "\n\u{b3}\n", "\na\n"] {
+        assert!(shown.contains(text), "{text:?} is not in {shown:?}");
+    }
+}
+
+fn span_of(design: &Design, name: &str) -> Span {
+    let items = design.charts.iter().flat_map(|chart| &chart.items);
+    let mut spans = items.filter_map(|item| match item {
+        Item::Step(step) if step.name.text == name => Some(step.meta.span),
+        Item::Transition(one) if one.name.as_ref().is_some_and(|it| it.text == name) => {
+            Some(one.meta.span)
+        }
+        _ => None,
+    });
+    spans.next().expect("it is there")
+}
+
+const TWO: &str = "chart line { initial step a\n step b\n step c\n t: a -> b\n u: b -> c }";
+
+#[test]
+fn parts_have_a_colour_and_a_letter() {
+    let design = parsed(TWO);
+    let part = |name: &str, elements: &[&str]| Part {
+        name: name.to_owned(),
+        elements: elements.iter().map(|it| span_of(&design, it)).collect(),
+    };
+    let parts = [part("chip = gal22v10", &["a", "t"]), part("cpu = atmega328p", &["b", "u"])];
+    let options = Options { parts: &parts, ..Options::default() };
+    let picture = layout(&design, &options).expect("it is there");
+    let all = texts(&picture);
+    for text in ["A", "B", "(t) A", "(u) B", "A: chip = gal22v10", "B: cpu = atmega328p", "c"] {
+        assert!(all.iter().any(|it| it == text), "{text}: {all:?}");
+    }
+    // Two steps and two rows of the legend; the third step has no part.
+    let areas = |pen| {
+        picture
+            .marks
+            .iter()
+            .filter(|mark| matches!(mark.shape, Shape::Rect { pen: own, .. } if own == pen))
+            .count()
+    };
+    assert_eq!((areas(Pen::Part(0)), areas(Pen::Part(1))), (2, 2));
+}
+
+#[test]
+fn counts_are_numbers_and_never_is_a_word() {
+    let design = parsed(TWO);
+    let numbers = [("a", 3), ("b", 1), ("c", 0), ("t", 2), ("u", 0)];
+    let by_element = numbers.iter().map(|(name, n)| (span_of(&design, name), *n)).collect();
+    let counts = Counts { by_element, note: "of 4 reactions".to_owned() };
+    let options = Options { counts: Some(&counts), ..Options::default() };
+    let picture = layout(&design, &options).expect("it is there");
+    let all = texts(&picture);
+    for text in ["3×", "1×", "never", "(t) 2×", "(u) never", "of 4 reactions"] {
+        assert!(all.iter().any(|it| it == text), "{text}: {all:?}");
+    }
+    assert_eq!(svg(&picture).matches("class=\"n\"").count(), 2);
+}
+
+#[test]
+fn frames_light_the_steps_of_their_situation() {
+    let design = parsed(TWO);
+    let frame = |title: &str, steps: &[&str]| Frame {
+        title: title.to_owned(),
+        active: steps.iter().map(|it| span_of(&design, it)).collect(),
+    };
+    let all = [frame("1: reset", &["a"]), frame("2: reaction 1", &["b", "c"])];
+    let picture = frames(&design, &Options::default(), &all).expect("it is there");
+    let lit = picture.marks.iter().filter(|mark| matches!(mark.shape, Shape::Circle { .. }));
+    let lit: Vec<&str> = lit.filter_map(|mark| Some(mark.element.as_ref()?.id.as_str())).collect();
+    assert_eq!(lit, ["line.a", "line.b", "line.c"]);
+    let texts = texts(&picture);
+    assert!(texts.contains(&"1: reset".to_owned()) && texts.contains(&"2: reaction 1".to_owned()));
+    assert_eq!(texts.iter().filter(|text| *text == "a").count(), 2);
+}
