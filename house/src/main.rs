@@ -3,7 +3,7 @@
 //! - **Code lines**: lines with at least one token, without comments, doc comments and tests (`tests` folders and files, items under `#[cfg(test)]`).
 //! - **Long functions**: functions of more than [`LONG`] lines, from the signature to the closing brace.
 //! - **Circles**: sets of files of one crate that name each other's items. Two things do not count: items of a file's own parents, and re-exported items of its
-//! children.
+//!   children.
 //! - **Listed variants**: lines that begin with `| Type::Variant`. They are acceptable if a forgotten variant would make the output wrong.
 //! - **Text tests on C**: tests of the C back end on text, such as `starts_with("switch")`, that should be queries on data.
 
@@ -49,7 +49,7 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
-    ("code lines of c and backend-c", 29_570),
+    ("code lines of c and backend-c", 29_620),
     ("code lines of ir", 20_660),
     ("code lines of driver", 12_950),
     ("code lines of all crates", 177_900),
