@@ -129,10 +129,25 @@ const WORDS: &str = "chart words {
 }
 ";
 
+/// A time that needs 32 bits: numbers of ticks beyond the contract would be negative.
+const HOURS: &str = "chart hours {
+    tick 1 ms
+    evolution single
+    input a
+    output q
+    initial step s
+    step w { q }
+    s -> w when rise(a)
+    w -> s after 3600 s
+}
+";
+
 #[test]
-fn steps_that_are_never_active_and_products_are_proved() {
+fn steps_that_are_never_active_products_and_hours_are_proved() {
     let wrong = |value: &str| format!("out->q = {value} == 77 ? 76 : {value};");
+    let (hour, later) = ("self->w_t >= INT32_C(3600000)", "self->w_t > INT32_C(3600000)");
     let cases = [
+        ("hours.graf", HOURS, hour, later),
         ("never.graf", NEVER, "out->q = self->a;", "out->q = self->a != (self->b_task == 0U);"),
         ("words.graf", WORDS, "out->q = (int8_t)(int)self->q;", &wrong("(int8_t)(int)self->q")),
     ];

@@ -6,6 +6,7 @@ use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::instance::Holds;
 use grafsynth_ir::net::InputKind;
 use grafsynth_ir::program::Origin;
+use grafsynth_sim::MAX_DT;
 
 use super::exec::Program;
 use super::memory::{INPUTS, INSTANCE, Memory, Scalar};
@@ -208,7 +209,7 @@ impl<'a> Attempt<'a> {
             .collect()
     }
 
-    /// The ticks of a reaction: every value of the parameter, or any number if there is none.
+    /// The ticks of a reaction: every value that the contract and the parameter allow, or any number if there is no parameter.
     pub(super) fn dt(&mut self) -> Result<Number, String> {
         let machine = self.of.unit.machine;
         let step = self.function(&format!("{}_step", self.of.hint.prefix));
@@ -226,7 +227,8 @@ impl<'a> Attempt<'a> {
                 ));
             }
         };
-        let bits = self.fresh(n_bits);
+        // The contract ends at `MAX_DT` (semantics §7), which is below the maximum of a wide parameter.
+        let bits = self.fresh(n_bits.min(u32::BITS - MAX_DT.leading_zeros()));
         let dt = Number::from_code(self.aig(), &bits, 0);
         self.dt_bits = bits;
         Ok(dt)
