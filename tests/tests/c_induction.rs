@@ -1,16 +1,19 @@
 //! The proof of emitted C by induction: it applies at sizes at which no enumeration ends, it proves texts that were edited without an effect, and it never proves one
-//! that differs. Mutants of emitted texts are in `c_mutations`.
+//! that differs. Mutants of realistic charts are in `c_mutations`.
 
 #![allow(clippy::print_stdout, reason = "tests report what they counted")]
 
+use crate::c_mutations::{changes, difference};
 use grafsynth_backend_c::{Io, Options, Package, Style, emit};
 use grafsynth_driver::c_proof::prove_c;
+use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
 use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::{Evolution, Leaf, Net, Policy};
 use grafsynth_ir::program::Origin;
+use grafsynth_sim::Random;
 use grafsynth_tests::random_net::{Features, random_net};
-use grafsynth_tests::{chart, readable, rounds, small_limits};
+use grafsynth_tests::{chart, in_parallel, readable, rounds, small_limits};
 use grafsynth_verify::{Limits, facts};
 use std::collections::BTreeMap;
 
@@ -93,6 +96,69 @@ fn ring(n_steps: usize) -> String {
     }
     text.push('}');
     text
+}
+
+/// The second step is never active, and only the facts of the chart say so: its tasks must not run in the induction either.
+const NEVER: &str = "chart never {
+    evolution single
+    input x
+    output q
+    var n: int 0..9
+    initial step a { q }
+    step b {
+        budget 1
+        task one cost 1 { n := 5 }
+        task two cost 1 { n := 6 }
+    }
+    a -> b when n > 3 do { n := 1 }
+    b -> a when x or b.done do { n := 7 }
+}
+";
+
+/// A product, of which only the equality of each intermediate value shows that the last one is equal.
+const WORDS: &str = "chart words {
+    evolution single
+    conflict priority
+    input x
+    input n: int -8..7
+    output q: int -128..127
+    initial step a { exit { q := q - n } }
+    step b { entry { q := q * n } exit { q := q + n } }
+    a -> b when x do { q := q * (n + q) }
+    b -> a when not x do { q := q - 100 }
+}
+";
+
+/// A time that needs 32 bits: numbers of ticks beyond the contract would be negative.
+const HOURS: &str = "chart hours {
+    tick 1 ms
+    evolution single
+    input a
+    output q
+    initial step s
+    step w { q }
+    s -> w when rise(a)
+    w -> s after 3600 s
+}
+";
+
+#[test]
+fn steps_that_are_never_active_products_and_hours_are_proved() {
+    let wrong = |value: &str| format!("out->q = {value} == 77 ? 76 : {value};");
+    let (hour, later) = ("self->w_t >= INT32_C(3600000)", "self->w_t > INT32_C(3600000)");
+    let cases = [
+        ("hours.graf", HOURS, hour, later),
+        ("never.graf", NEVER, "out->q = self->a;", "out->q = self->a != (self->b_task == 0U);"),
+        ("words.graf", WORDS, "out->q = (int8_t)(int)self->q;", &wrong("(int8_t)(int)self->q")),
+    ];
+    for (name, text, old, new) in cases {
+        let net = chart(name, text);
+        let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+        if let Err(why) = proved(&net, &package) {
+            panic!("{name}: {why}");
+        }
+        assert!(proved(&net, &changed(&package, "own.c", old, new)).is_err(), "{name}: {new}");
+    }
 }
 
 #[test]
@@ -242,6 +308,47 @@ fn most_charts_of_all_features_are_proved() {
     assert!(n_proved * 2 >= n_all, "{n_proved} of {n_all}");
 }
 
+/// No mutant is proved unless it is equal. The proofs of these charts merge values that are equal step by step, or need facts about reachable situations.
+#[test]
+fn no_mutant_of_a_random_chart_that_differs_is_proved() {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is installed");
+        return;
+    }
+    let base = Features { max_steps: 12, ..Features::everything().without_statecharts() };
+    let n_charts = if rounds(0, 1) > 0 { 9 } else { 2 };
+    let subject = |seed: &u64| {
+        let net = random_net(*seed, &base.some(*seed));
+        let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+        let changes = changes(&package);
+        (*seed, net, package, changes)
+    };
+    let seeds = [54, 55, 34, 29, 24, 39, 19, 15, 41];
+    let subjects: Vec<_> = seeds.iter().take(n_charts).map(subject).collect();
+    let mut random = Random::new(9);
+    let numbers = 0..rounds(8, 900) as usize;
+    let mutants: Vec<_> = numbers
+        .map(|at| {
+            let subject = &subjects[at % subjects.len()];
+            (subject, random.pick(&subject.3).expect("C has tokens").clone())
+        })
+        .collect();
+    let proved = in_parallel(&mutants, |((seed, net, package, _), change)| {
+        let mut mutant = package.clone();
+        mutant.files[change.file].text.replace_range(change.from..change.to, &change.with);
+        let is_proved = proved(net, &mutant).is_ok();
+        if is_proved && let Some(why) = difference(net, &mutant) {
+            let line = package.files[change.file].text[..change.from].matches('\n').count() + 1;
+            panic!("proved, but different: seed {seed}, line {line}, {change:?}: {why}");
+        }
+        is_proved
+    });
+    let n_proved = proved.iter().filter(|it| **it).count();
+    println!("{n_proved} of {} mutants are proved and equal", mutants.len());
+    // In two of these charts, most steps are never active, so many changes have no effect.
+    assert!(n_proved < mutants.len(), "some changes have an effect");
+}
+
 /// The text of `own.c`, or the header, with a change.
 fn changed(package: &Package, file: &str, old: &str, new: &str) -> Package {
     let mut package = package.clone();
@@ -270,6 +377,10 @@ fn edits_without_an_effect_are_proved() {
         ),
         ("(int)self->time_go >= 2000", "!(self->time_go < 2000)"),
         ("(int)self->time_go >= 2000", "self->time_go / 10u > 199"),
+        (
+            "own_in_t *in, uint16_t dt, own_out_t *out)\n{\n",
+            "own_in_t *in, uint16_t dt, own_out_t *out)\n{\n    static const uint8_t row[4] = {0U};\n    const uint8_t *at = &row[in->car ? 1 : 2];\n    (void)at[1];\n",
+        ),
     ] {
         let edited = changed(&package, "own.c", old, new);
         if let Err(why) = proved(&net, &edited) {
@@ -297,6 +408,12 @@ fn a_text_that_differs_or_is_undefined_is_not_proved() {
         with("{ int by = self->n == 9 ? 0 : 1; (void)(7 / by); }"),
         with("{ const own_t *other = in->car ? self : NULL; (void)other->n; }"),
         with("(void)(&in->ped)[1];"),
+        with(
+            "{ static const uint8_t row[4] = {0U}; const uint8_t *at = &row[in->car ? 3 : 2]; (void)at[1]; }",
+        ),
+        with(
+            "{ static const uint8_t two[2][2] = {{0U}}; const uint8_t *at = &two[0][1]; (void)at[1]; }",
+        ),
         with("if (own_no_value(in)) { (void)self; }"),
         // Writes to objects that it must not change, or reads objects that may change.
         with("((own_in_t *)in)->ped = false;"),

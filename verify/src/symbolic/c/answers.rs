@@ -16,7 +16,7 @@ use crate::symbolic::cofactor::Residue;
 
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
-const ALL_NODES: usize = 400_000;
+pub(super) const ALL_NODES: usize = 400_000;
 /// The maximum number of remaining graph nodes: of one question over all its cases, and of all questions of a proof.
 pub(super) const SPLIT_NODES: usize = 400_000;
 const ALL_SPLIT_NODES: usize = 1_000_000;
@@ -192,19 +192,7 @@ impl Attempt<'_> {
                 .copied()
                 .collect::<Vec<_>>(),
         );
-        let (mut holds, mut clauses) = self.model.invariants(self.of.facts, &support);
-        for (steps, made) in &mut self.invariants {
-            if support.iter().any(|lit| steps.contains(lit)) {
-                let aig = &mut self.model.maker.aig;
-                holds.push(*made.get_or_insert_with(|| exactly_one(aig, steps.iter().copied())));
-            }
-        }
-        self.never_together(&support, &mut clauses);
-        for (bits, fits) in &self.valid {
-            if bits.iter().any(|bit| support.contains(bit)) {
-                holds.push(*fits);
-            }
-        }
+        let (mut holds, clauses) = self.assumptions_about(&support);
         holds.extend(case);
         holds.push(broken);
         let rank = |lit: Lit| {
@@ -212,6 +200,30 @@ impl Attempt<'_> {
             own.copied().unwrap_or(0)
         };
         self.model.maker.aig.settle(&holds, &clauses, rank, limits)
+    }
+
+    /// What is assumed about the variables of a question: literals that are true, and clauses. The graph must be in the model.
+    pub(super) fn assumptions_about(&mut self, support: &[Lit]) -> (Vec<Lit>, Vec<Vec<Lit>>) {
+        let (mut holds, mut clauses) = self.model.invariants(self.of.facts, support);
+        // Nothing else says this about the variables of these steps, because the state has constants instead. Times and task indices depend on it.
+        let never = self.of.facts.unreachable_steps.iter();
+        let never = never.filter(|step| self.state.active[step.index()] == Lit::FALSE);
+        let bits = &self.model.state_bits;
+        holds
+            .extend(never.filter_map(|step| bits.get(&(Origin::Step(*step), 0, 0))).map(|it| !*it));
+        for (steps, made) in &mut self.invariants {
+            if support.iter().any(|lit| steps.contains(lit)) {
+                let aig = &mut self.model.maker.aig;
+                holds.push(*made.get_or_insert_with(|| exactly_one(aig, steps.iter().copied())));
+            }
+        }
+        self.never_together(support, &mut clauses);
+        for (bits, fits) in &self.valid {
+            if bits.iter().any(|bit| support.contains(bit)) {
+                holds.push(*fits);
+            }
+        }
+        (holds, clauses)
     }
 
     /// The assumption that two steps are not active together, for each pair of steps of which no reachable situation contains both.

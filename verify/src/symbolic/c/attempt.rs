@@ -6,9 +6,10 @@ use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::instance::Holds;
 use grafsynth_ir::net::InputKind;
 use grafsynth_ir::program::Origin;
+use grafsynth_sim::MAX_DT;
 
 use super::exec::Program;
-use super::memory::{INPUTS, Scalar};
+use super::memory::{INPUTS, INSTANCE, Memory, Scalar};
 use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
 use crate::symbolic::aig::{Aig, Lit};
@@ -48,6 +49,13 @@ pub(super) struct Attempt<'a> {
     pub(super) unset: Vec<usize>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
+    /// The state of the net after the reaction.
+    pub(super) next: Option<State>,
+    /// The variables of each timer in the instance, by its number in the hint, and later its value after the reaction.
+    pub(super) time_bits: Vec<(usize, Vec<Lit>)>,
+    pub(super) next_times: Vec<(Vec<Lit>, Number)>,
+    /// The variables of the number of ticks.
+    pub(super) dt_bits: Vec<Lit>,
 }
 
 impl<'a> Attempt<'a> {
@@ -96,6 +104,10 @@ impl<'a> Attempt<'a> {
             assumed: Vec::new(),
             unset: Vec::new(),
             constant_in_loop: BTreeSet::new(),
+            next: None,
+            time_bits: Vec::new(),
+            next_times: Vec::new(),
+            dt_bits: Vec::new(),
         };
         let is_queue =
             |(_, holds): &(_, Holds)| matches!(holds, Holds::Piece(Origin::ExternalQueue, _));
@@ -174,6 +186,8 @@ impl<'a> Attempt<'a> {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
         }
         checks.extend(self.related(&next, fault, &memory)?);
+        self.next_times(&memory)?;
+        self.next = Some(next);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         if let Some(name) = &self.of.hint.fault {
             let value = self.ask(name, &memory)?;
@@ -195,7 +209,7 @@ impl<'a> Attempt<'a> {
             .collect()
     }
 
-    /// The ticks of a reaction: every value of the parameter, or any number if there is none.
+    /// The ticks of a reaction: every value that the contract and the parameter allow, or any number if there is no parameter.
     pub(super) fn dt(&mut self) -> Result<Number, String> {
         let machine = self.of.unit.machine;
         let step = self.function(&format!("{}_step", self.of.hint.prefix));
@@ -213,7 +227,23 @@ impl<'a> Attempt<'a> {
                 ));
             }
         };
-        let bits = self.fresh(n_bits);
-        Ok(Number::from_code(self.aig(), &bits, 0))
+        // The contract ends at `MAX_DT` (semantics §7), which is below the maximum of a wide parameter.
+        let bits = self.fresh(n_bits.min(u32::BITS - MAX_DT.leading_zeros()));
+        let dt = Number::from_code(self.aig(), &bits, 0);
+        self.dt_bits = bits;
+        Ok(dt)
+    }
+
+    /// Stores the value of each timer of the instance after the reaction.
+    fn next_times(&mut self, memory: &Memory) -> Result<(), String> {
+        for (at, bits) in std::mem::take(&mut self.time_bits) {
+            let cell =
+                self.read(memory, INSTANCE, self.structures.instance, &self.of.hint.state[at].0)?;
+            if let Some(Scalar::Int(value)) = &cell.value {
+                let next = value.number(self.aig());
+                self.next_times.push((bits, next));
+            }
+        }
+        Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::net::{Input, InputKind, Net};
 
 use super::Induction;
-use super::answers::SPLIT_NODES;
+use super::answers::{ALL_NODES, SPLIT_NODES};
 use super::attempt::Attempt;
 use super::question::{Check, Focus, Question, Subject};
 use crate::limits::Limits;
@@ -108,33 +108,83 @@ impl Subject<'_> {
         };
         let checks = attempt.reaction(only.is_none_or(|only| only.iter().any(is_of_query)))?;
         let mut open: BTreeMap<usize, BTreeSet<Question>> = BTreeMap::new();
-        let checks: Vec<Check> = checks
+        let mut checks: Vec<Check> = checks
             .into_iter()
             .filter(|check| only.is_none_or(|only| only.contains(&check.question)))
             .collect();
+        let sizes = checks.iter().map(|check| attempt.size(check));
+        let is_large = sizes.fold(0, usize::saturating_add) > ALL_NODES;
+        if focus.is_none() && is_large {
+            // One by one, the questions would exceed their limit.
+            checks = attempt.unproved(checks, total);
+        }
+        let mut left = self.settle_each(&mut attempt, focus, checks, total);
+        if focus.is_none() && !is_large && !left.is_empty() {
+            let open = left.open.into_iter().map(|(check, _)| check);
+            let checks = attempt.unproved(open.chain(left.rest).collect(), total);
+            left = self.settle_each(&mut attempt, focus, checks, total);
+        }
+        match left.why {
+            Some(why) => return Err(why),
+            None => left.open.into_iter().for_each(|(check, component)| {
+                open.entry(component).or_default().insert(check.question);
+            }),
+        }
+        Ok(open)
+    }
+
+    /// Settles checks one by one, up to one that fails for good.
+    fn settle_each(
+        self,
+        attempt: &mut Attempt<'_>,
+        focus: Option<Focus>,
+        checks: Vec<Check>,
+        total: &mut Induction,
+    ) -> Left {
         let mut splits = match focus {
             None => attempt.splits(&checks),
             Some(_) => Vec::new(),
         };
         splits.resize_with(checks.len(), || None);
-        for (check, split) in checks.iter().zip(splits) {
+        let mut left = Left::default();
+        for (check, split) in checks.into_iter().zip(splits) {
+            if left.why.is_some() {
+                left.rest.push(check);
+                continue;
+            }
             let Some(split) = split else {
-                match attempt.settle(check, self.limits.conflicts, total) {
-                    Some(why) => return Err(why),
-                    None => continue,
-                }
+                left.why = attempt.settle(&check, self.limits.conflicts, total);
+                left.rest.extend(left.why.is_some().then_some(check));
+                continue;
             };
             // If the cases leave little, that is faster than a search over all of them.
-            let small = attempt.size(check);
+            let small = attempt.size(&check);
             let conflicts = self.limits.conflicts.min(FEW_CONFLICTS);
-            let is_settled = attempt.settle_by_cases(check, &split, small, total)
-                || total.work <= FEW_NODES && attempt.settle(check, conflicts, total).is_none()
-                || attempt.settle_by_cases(check, &split, SPLIT_NODES, total);
+            let is_settled = attempt.settle_by_cases(&check, &split, small, total)
+                || total.work <= FEW_NODES && attempt.settle(&check, conflicts, total).is_none()
+                || attempt.settle_by_cases(&check, &split, SPLIT_NODES, total);
             if !is_settled {
-                open.entry(split.component).or_default().insert(check.question.clone());
+                left.open.push((check, split.component));
             }
         }
-        Ok(open)
+        left
+    }
+}
+
+/// The checks that are not settled.
+#[derive(Default)]
+struct Left {
+    /// Those that the cases of a component could settle, with the component.
+    open: Vec<(Check, usize)>,
+    /// One that failed for good, and those after it.
+    rest: Vec<Check>,
+    /// Why it failed.
+    why: Option<String>,
+}
+
+impl Left {
+    fn is_empty(&self) -> bool {
+        self.open.is_empty() && self.rest.is_empty()
     }
 }
 

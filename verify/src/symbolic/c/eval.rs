@@ -214,10 +214,14 @@ impl<'u> Program<'u> {
                 Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
             }
             ExprKind::Address(place) | ExprKind::Decay(place) => {
-                let to = self.addresses(place, memory)?;
-                let extent =
+                let whole =
                     n_cells(self.unit, &place.ty).ok_or("the size of an object is not known")?;
-                let cases = to.into_iter().map(|(it, when)| (Pointer::To(it, extent), when));
+                let is_object = matches!(place.kind, PlaceKind::Symbol(_) | PlaceKind::Member(..));
+                let is_whole = is_object || matches!(expr.kind, ExprKind::Decay(_));
+                // The pointer to an element may move within its array (C99 6.5.6p8), and a pointer to anything else only within that.
+                let cases = self.reached(place, memory)?.into_iter().map(|(it, left, when)| {
+                    (Pointer::To(it, if is_whole { whole } else { left }), when)
+                });
                 let cases = cases.collect();
                 Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
             }
@@ -644,10 +648,20 @@ impl<'u> Program<'u> {
         place: &'u Place,
         memory: &mut Memory,
     ) -> Done<Vec<(Address, Lit)>> {
+        let all = self.reached(place, memory)?;
+        Ok(all.into_iter().map(|(it, _, when)| (it, when)).collect())
+    }
+
+    /// Like [`Program::addresses`]; for an element of an array, each with the number of cells from there to the end of the array.
+    fn reached(
+        &mut self,
+        place: &'u Place,
+        memory: &mut Memory,
+    ) -> Done<Vec<(Address, usize, Lit)>> {
         self.deeper(|this| this.part(place, memory))
     }
 
-    fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, Lit)>> {
+    fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, usize, Lit)>> {
         if place.qualifiers.is_volatile {
             return Err("a volatile object is not supported".to_owned());
         }
@@ -661,14 +675,13 @@ impl<'u> Program<'u> {
                         self.unit.symbols[*id].name
                     )
                 })?;
-                Ok(vec![(Address { object, cell: 0 }, Lit::TRUE)])
+                Ok(vec![(Address { object, cell: 0 }, 0, Lit::TRUE)])
             }
             PlaceKind::Member(base, member) => {
                 let offset = member_offset(self.unit, &base.ty, *member);
                 let offset = offset.ok_or("a member of a structure is not known")?;
-                let mut all = self.addresses(base, memory)?;
-                all.iter_mut().for_each(|(it, _)| it.cell += offset);
-                Ok(all)
+                let all = self.addresses(base, memory)?;
+                Ok(all.into_iter().map(|(it, when)| (it.behind(offset), 0, when)).collect())
             }
             PlaceKind::Element(base, index) => {
                 let index = self.int(index, memory)?;
@@ -694,10 +707,7 @@ impl<'u> Program<'u> {
                     .collect();
                 self.elements(&from, &index, size, place.span)
             }
-            PlaceKind::Deref(pointer) => {
-                let all = self.targets(pointer, memory, place.span)?;
-                Ok(all.into_iter().map(|(it, _, when)| (it, when)).collect())
-            }
+            PlaceKind::Deref(pointer) => self.targets(pointer, memory, place.span),
         }
     }
 
@@ -727,14 +737,15 @@ impl<'u> Program<'u> {
         }
     }
 
-    /// The elements at an index, counted from one of several addresses, each with the number of its elements.
+    /// The elements at an index, counted from one of several addresses, each with the number of its elements. Each result has the number of cells from there to
+    /// the end of the array.
     fn elements(
         &mut self,
         from: &[(Address, usize, Lit)],
         index: &Int,
         size: usize,
         loc: Loc,
-    ) -> Done<Vec<(Address, Lit)>> {
+    ) -> Done<Vec<(Address, usize, Lit)>> {
         let mut all = Vec::new();
         for (address, len, when) in from {
             let len = *len;
@@ -755,7 +766,7 @@ impl<'u> Program<'u> {
             for (at, is_here) in inside {
                 let when = self.aig.and(*when, is_here);
                 if when != Lit::FALSE {
-                    all.push((address.behind(at * size), when));
+                    all.push((address.behind(at * size), (len - at) * size, when));
                 }
             }
         }

@@ -17,6 +17,7 @@ mod evolution;
 mod exec;
 mod interface;
 mod memory;
+mod merged;
 mod net_values;
 mod question;
 mod relation;

@@ -72,6 +72,7 @@ impl Attempt<'_> {
                 let time = Number::from_code(self.aig(), &bits, 0);
                 let largest = Number::constant(*cap);
                 let fits = Number::compare(self.aig(), CompareOp::Le, &time, &largest);
+                self.time_bits.push((self.before.len(), bits.clone()));
                 if fits != Lit::TRUE {
                     self.valid.push((bits, fits));
                 }
