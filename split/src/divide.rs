@@ -13,14 +13,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::division::{
-    Division, Owners, PartIndex, PartNet, Shown, Signal, Source, Wire, round_of, rounds_of,
+    Division, Owners, PartIndex, PartNet, Shown, Signal, Source, round_of, rounds_of,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
-    Forcing, ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part, Policy,
-    Property, PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId, Transition,
-    TransitionId, TransitionKind, Var,
+    Forcing, ForcingOrder, Input, InputId, Leaf, Meta, Net, Output, Part, Policy, Step, StepId,
+    Stmt, StmtKind, Timer, TimerId, Transition, TransitionId, TransitionKind, Var,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::validate::{Valid, validate};
@@ -28,6 +27,7 @@ use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{Id, Name};
 
 use crate::codes;
+use crate::pieces::{Ids, assumption, connect, numbered, unused, used_names, wire_input};
 use crate::statechart;
 use crate::together::{Groups, Item};
 
@@ -82,39 +82,6 @@ pub fn divide(
     });
     let wires = connect(&parts, signals);
     Ok(Division { parts, owners, wires })
-}
-
-/// The wires of signals, each with its name and the part that drives it.
-pub(crate) fn connect(
-    parts: &[PartNet],
-    signals: impl IntoIterator<Item = (Signal, String, PartIndex)>,
-) -> Vec<Wire> {
-    let of = |(signal, name, from): (Signal, String, PartIndex)| {
-        let shows = |(_, shown): &(_, &Shown)| **shown == Shown::Wire(signal);
-        let (output, _) = parts.get(from)?.outputs.iter().find(shows)?;
-        let reads = |(_, source): &(InputId, &Source)| **source == Source::Wire(signal);
-        let to = parts.iter().enumerate();
-        let to = to.filter_map(|(part, net)| Some((part, net.inputs.iter().find(reads)?.0)));
-        Some(Wire { signal, name, from, output, to: to.collect() })
-    };
-    signals.into_iter().filter_map(of).collect()
-}
-
-/// The names of a net with which that of a wire would be confused: outputs, inputs and steps share the columns of a trace.
-pub(crate) fn used_names(net: &Net) -> BTreeSet<String> {
-    let inputs = net.inputs.values().map(|it| it.name.text.as_str());
-    let outputs = net.outputs.values().map(|it| it.name.text.as_str());
-    let steps = net.steps.values().map(|it| it.name.text.as_str());
-    let vars = net.vars.values().map(|it| it.name.text.as_str());
-    inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect()
-}
-
-/// The name, made different from those that are used.
-pub(crate) fn unused(mut name: String, used: &mut BTreeSet<String>) -> String {
-    while !used.insert(name.clone()) {
-        name.push('_');
-    }
-    name
 }
 
 /// A name for each wire that no other object has.
@@ -251,9 +218,6 @@ impl Contents {
     }
 }
 
-/// Old ids with their new ids, in order.
-pub(crate) type Ids<T> = BTreeMap<Id<T>, Id<T>>;
-
 /// The new ids of the objects of a part. An object that the part does not have is not in its map.
 struct NewIds {
     steps: Ids<Step>,
@@ -265,11 +229,6 @@ struct NewIds {
     edges: Ids<EdgeOperand>,
     actions: Ids<ControlledAction>,
     outputs: Ids<Output>,
-}
-
-/// Numbers ids from 0 in their order.
-pub(crate) fn numbered<T>(ids: impl IntoIterator<Item = Id<T>>) -> Ids<T> {
-    ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).collect()
 }
 
 /// Copies the objects of one part. A reference to an object that the part does not have cannot occur: the contents are closed under what expressions read.
@@ -552,29 +511,6 @@ impl<'n> Copier<'n> {
             Leaf::Controlled(id) => Leaf::Controlled(self.at(&new.actions, id)),
         })
     }
-}
-
-/// An assumption of the net in the ids of a part, if all its inputs are there. The others only exclude rows, so a part without them is proved for more rows than
-/// it gets.
-pub(crate) fn assumption(property: &Property, inputs: &Ids<Input>) -> Option<Property> {
-    let here = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(id)) if inputs.contains_key(id));
-    if property.role != PropertyRole::Assume || !property.never.leaves().all(here) {
-        return None;
-    }
-    let mut property = property.clone();
-    property.never = property.never.map_leaves(&|leaf| match leaf {
-        PropertyLeaf::Net(Leaf::Input(id)) => {
-            PropertyLeaf::Net(Leaf::Input(inputs.get(id).copied().unwrap_or(*id)))
-        }
-        other => *other,
-    });
-    Some(property)
-}
-
-/// The input of a part that reads a wire. It changes only between two rounds.
-pub(crate) fn wire_input(name: Name) -> Input {
-    let (ty, kind, meta) = (Type::Bool, InputKind::Pin, Meta::default());
-    Input { name, ty, kind, synchronous: true, meta }
 }
 
 /// An output that shows that one of the transitions fires.

@@ -31,6 +31,7 @@ pub mod cpu;
 pub mod divide;
 pub mod link;
 pub mod partition;
+mod pieces;
 pub mod solve;
 mod statechart;
 pub mod together;

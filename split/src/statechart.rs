@@ -23,7 +23,7 @@ use grafsynth_ir::walk::change_statements;
 use grafsynth_ir::{Id, Name};
 
 use crate::codes;
-use crate::divide::{assumption, connect, numbered, unused, used_names, wire_input};
+use crate::pieces::{assumption, connect, numbered, unused, used_names, wire_input};
 
 /// Divides a statechart. Each object except outputs is on the last part.
 ///

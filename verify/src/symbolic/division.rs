@@ -213,7 +213,7 @@ fn assumes_no_more(net: &Net, part: &PartNet) -> Result<(), Failed> {
                 Source::Input(old) => PropertyLeaf::Net(Leaf::Input(old)),
                 Source::Wire(_) => PropertyLeaf::Net(Leaf::Input(InputId::from_index(usize::MAX))),
             },
-            other => *other,
+            PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => *leaf,
         });
         let is_it = |other: &Property| other.role == PropertyRole::Assume && other.never == never;
         if property.role == PropertyRole::Assume
