@@ -279,7 +279,7 @@ fn files(folder: &Path) {
     let steps = steps.replacen("    step s0", "    initial step s0", 1);
     put(
         "states.graf",
-        "chart oven {\n    conflict inner-first\n    event open\n    output light\n    initial step shut\n    step ajar { light }\n    shut -> ajar on open\n}\n",
+        "chart oven {\n    conflict inner-first\n    event open\n    output light\n    initial step shut\n    final state ajar { light }\n    shut -> ajar on open\n}\n",
     );
     put(
         "large.graf",

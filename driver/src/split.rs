@@ -25,9 +25,9 @@ use crate::stem::FileStem;
 use crate::target::Target;
 use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest_type};
-use grafsynth_ir::division::{Division, round_of};
+use grafsynth_ir::division::{Division, round_of, rounds_of};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Evolution, Leaf, Net, PlacedItem};
+use grafsynth_ir::net::{Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_split::codes::APART;
 pub use grafsynth_split::cpu::CPUS;
@@ -170,8 +170,7 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     }
     let limits = &request.options.limits;
     let facts = pipeline::facts(&round_of(net)?, limits);
-    let ends = net.settings.evolution == Evolution::Single
-        || pipeline::facts(net, limits).always_stable.is_some();
+    let ends = rounds_of(net).is_none() || pipeline::facts(net, limits).always_stable.is_some();
     let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
         matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
     });

@@ -357,7 +357,7 @@ impl Run<'_> {
         let members = self.linked.calls.members.iter().map(|(id, _)| *id);
         let conditions = self.part.inputs.iter().filter_map(|(id, source)| match source {
             Source::Input(old) if self.part.net.inputs[id].kind == InputKind::Extern => Some(*old),
-            Source::Input(_) | Source::Fires(_) => None,
+            Source::Input(_) | Source::Wire(_) => None,
         });
         for id in members.chain(conditions) {
             let bytes = input.value(id).to_le_bytes();

@@ -37,15 +37,35 @@ pub struct Division {
     pub parts: Vec<PartNet>,
     /// The part that owns each object.
     pub owners: Owners,
-    /// The wires between parts, in the order of the transitions that they show.
+    /// The wires between parts, in the order of what they show.
     pub wires: Vec<Wire>,
 }
 
-/// A wire: it is 1 in a round in which a transition fires.
+/// What a wire shows in a round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Signal {
+    /// Whether a transition of the net fires.
+    Fires(TransitionId),
+    /// Whether a state of a statechart is active at the end of the reaction (§10.8).
+    Active(StepId),
+}
+
+impl Signal {
+    /// The signal in words: "transition `t1` fires", "state `s1` is active".
+    #[must_use]
+    pub fn describe(self, net: &Net) -> String {
+        match self {
+            Signal::Fires(id) => format!("transition `{}` fires", net.transitions[id].name),
+            Signal::Active(id) => format!("state `{}` is active", net.steps[id].name),
+        }
+    }
+}
+
+/// A wire between parts: it shows a signal in each round.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wire {
-    /// The transition, in the net.
-    pub transition: TransitionId,
+    /// What it shows, in the net.
+    pub signal: Signal,
     /// The name of the wire: that of the output of its owner and of the input of each reader.
     pub name: String,
     /// The part that drives the wire.
@@ -63,7 +83,7 @@ pub struct PartNet {
     pub name: String,
     /// The net of the part.
     pub net: Valid<Net>,
-    /// The original of each step, which may be a copy.
+    /// The original of each step, which may be a copy. On a chip beside a statechart, the only step is always active and stands for the first state.
     pub steps: IdMap<Step, StepId>,
     /// The original of each transition, which may be an image that repeats its effect.
     pub transitions: IdMap<Transition, TransitionId>,
@@ -86,8 +106,8 @@ pub struct PartNet {
 pub enum Source {
     /// The input of the net, as latched for the round.
     Input(InputId),
-    /// Whether a transition of another part fires in this round.
-    Fires(TransitionId),
+    /// The wire of another part that shows this signal.
+    Wire(Signal),
 }
 
 /// The meaning of an output of a part.
@@ -95,13 +115,23 @@ pub enum Source {
 pub enum Shown {
     /// The output of the net.
     Output(OutputId),
-    /// Whether a transition of the part fires in this round.
-    Fires(TransitionId),
+    /// A wire: the signal of a transition or state of the part.
+    Wire(Signal),
     /// Whether any transition that the part owns fires in this round; only in parts of a net with evolution `stable`.
     Moves,
 }
 
-/// The net whose reaction is one round of the parts (semantics §10.3): the net itself or, if its evolution is `stable`, its micro-step.
+/// The largest number of micro-steps in a reaction, if each of them is a round of the parts; `None` if a reaction is one round: with evolution `single`, and in a
+/// statechart, which is on one part as a whole (§10.8).
+#[must_use]
+pub fn rounds_of(net: &Net) -> Option<u32> {
+    match net.settings.evolution {
+        Evolution::Stable { limit } if !net.settings.policy.is_statechart() => Some(limit),
+        Evolution::Stable { .. } | Evolution::Single => None,
+    }
+}
+
+/// The net whose reaction is one round of the parts (semantics §10.3): the net itself or, if a reaction is several rounds, its micro-step.
 ///
 /// Its properties are the assumptions that every round satisfies. In all rounds of a reaction except the first one, events are absent; so an assumption about
 /// events may be false there, and is left out.
@@ -109,7 +139,7 @@ pub enum Shown {
 /// # Errors
 /// Findings of validation, which would be a bug.
 pub fn round_of(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
-    if net.settings.evolution == Evolution::Single {
+    if rounds_of(net).is_none() {
         return Ok(net.clone());
     }
     let mut round = net.clone().into_inner();

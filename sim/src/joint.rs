@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::division::{Division, PartNet, Shown, Source};
-use grafsynth_ir::net::{Evolution, Net, OutputId};
+use grafsynth_ir::division::{Division, PartNet, Shown, Signal, Source, rounds_of};
+use grafsynth_ir::net::{Net, OutputId};
 
 use crate::row::{Effect, InputRow, Row};
 use crate::simulator::Simulator;
@@ -27,7 +27,25 @@ impl<'n> Joint<'n> {
     #[must_use]
     pub fn new(net: &'n Net, division: &'n Division) -> Self {
         let parts = division.parts.iter().map(|part| Simulator::new(&part.net)).collect();
-        Joint { net, division, parts, effects: Vec::new(), called: BTreeMap::new(), fault: false }
+        let (effects, called) = (Vec::new(), BTreeMap::new());
+        let mut joint = Joint { net, division, parts, effects, called, fault: false };
+        joint.show_states();
+        joint
+    }
+
+    /// The chips of a statechart follow the states that the reset reaches (semantics §10.8): in row 0 their wires show them already.
+    fn show_states(&mut self) {
+        let zero = InputRow { dt: 0, ..InputRow::zero(self.net) };
+        let mut signals = Signals::new();
+        for (part, simulator) in self.division.parts.iter().zip(&self.parts) {
+            shown_signals(part, simulator.row(), &mut signals);
+        }
+        for (part, simulator) in self.division.parts.iter().zip(&mut self.parts) {
+            let is_state = |source: &Source| matches!(source, Source::Wire(Signal::Active(_)));
+            if part.inputs.values().any(is_state) {
+                simulator.step(&own_row(part, &zero, &signals));
+            }
+        }
     }
 
     /// The row of the last round (row 0 after reset), in the ids of the whole net.
@@ -35,7 +53,7 @@ impl<'n> Joint<'n> {
     pub fn row(&self, input: &InputRow) -> Row {
         let rows = self.parts.iter().map(Simulator::row);
         let mut row = joined_row(self.net, self.division, rows, input);
-        row.fault = self.fault;
+        row.fault |= self.fault;
         for (output, calls) in &self.called {
             row.outputs[output.index()] += calls;
         }
@@ -54,19 +72,19 @@ impl<'n> Joint<'n> {
         self.effects.clear();
         self.called.clear();
         self.fault = false;
-        let Evolution::Stable { limit } = self.net.settings.evolution else {
-            let (fires, _) = self.decisions(input);
-            self.round(input, &fires);
+        let Some(limit) = rounds_of(self.net) else {
+            let (signals, _) = self.decisions(input);
+            self.round(input, &signals);
             return self.row(input);
         };
         let mut held = input.clone();
         for n in 0..=limit {
-            let (fires, moves) = self.decisions(&held);
+            let (signals, moves) = self.decisions(&held);
             self.fault = moves && n == limit;
             if self.fault {
                 break;
             }
-            self.round(&held, &fires);
+            self.round(&held, &signals);
             if !moves {
                 break;
             }
@@ -95,10 +113,9 @@ impl<'n> Joint<'n> {
         }
     }
 
-    /// For each transition that a wire shows, whether it fires in the next round; and whether any transition fires, if the parts show this. Each part decides
-    /// from its own state and the inputs.
-    fn decisions(&self, input: &InputRow) -> (Vec<i64>, bool) {
-        let mut fires = vec![0; self.net.transitions.len()];
+    /// The values of the wires in the next round, and whether any transition fires, if the parts show this. Each part decides from its own state and the inputs.
+    fn decisions(&self, input: &InputRow) -> (Signals, bool) {
+        let mut signals = Signals::new();
         let mut moves = false;
         for (part, simulator) in self.division.parts.iter().zip(&self.parts) {
             if !part.outputs.values().any(|shown| !matches!(shown, Shown::Output(_))) {
@@ -106,26 +123,35 @@ impl<'n> Joint<'n> {
             }
             // The decisions of a part do not depend on its wires, so any values will do here.
             let mut ahead = simulator.clone();
-            let row = ahead.step(&own_row(part, input, &fires));
-            for (id, shown) in part.outputs.iter() {
-                match shown {
-                    Shown::Fires(transition) => {
-                        fires[transition.index()] = row.outputs[id.index()];
-                    }
-                    Shown::Moves => moves |= row.outputs[id.index()] != 0,
-                    Shown::Output(_) => {}
-                }
-            }
+            let row = ahead.step(&own_row(part, input, &signals));
+            moves |= shown_signals(part, row, &mut signals);
         }
-        (fires, moves)
+        (signals, moves)
     }
 
     /// One round: all parts fire, with the wires as the decisions left them.
-    fn round(&mut self, input: &InputRow, fires: &[i64]) {
+    fn round(&mut self, input: &InputRow, signals: &Signals) {
         for (part, simulator) in self.division.parts.iter().zip(&mut self.parts) {
-            simulator.step(&own_row(part, input, fires));
+            simulator.step(&own_row(part, input, signals));
         }
     }
+}
+
+/// The values on wires.
+type Signals = BTreeMap<Signal, i64>;
+
+/// Adds what the wires of a part show in a row; returns whether a transition of the part fires, if it shows that.
+fn shown_signals(part: &PartNet, row: &Row, signals: &mut Signals) -> bool {
+    let mut moves = false;
+    for (id, shown) in part.outputs.iter() {
+        let value = row.outputs[id.index()];
+        match shown {
+            Shown::Wire(signal) => _ = signals.insert(*signal, value),
+            Shown::Moves => moves |= value != 0,
+            Shown::Output(_) => {}
+        }
+    }
+    moves
 }
 
 /// The row of the whole net, from a row of each part in order.
@@ -137,6 +163,7 @@ pub fn joined_row<'r>(
 ) -> Row {
     let mut row = Row { dt: input.dt, inputs: input.values.clone(), ..Row::zero(net) };
     for (at, (part, own)) in division.parts.iter().zip(rows).enumerate() {
+        row.fault |= own.fault;
         let owned = |step: &&grafsynth_ir::net::StepId| division.owners.steps[**step] == at;
         let steps: Vec<_> = own.steps.iter().map(|step| part.steps[*step]).collect();
         row.steps.extend(steps.iter().filter(owned));
@@ -164,21 +191,21 @@ fn effects_of<'r>(part: &'r PartNet, row: &'r Row) -> impl Iterator<Item = Effec
     row.effects.iter().map(|effect| match effect {
         Effect::Call(output, arguments) => match part.outputs[*output] {
             Shown::Output(old) => Effect::Call(old, arguments.clone()),
-            Shown::Fires(_) | Shown::Moves => unreachable!("a wire is no function"),
+            Shown::Wire(_) | Shown::Moves => unreachable!("a wire is no function"),
         },
         Effect::Condition(input) => match part.inputs[*input] {
             Source::Input(old) => Effect::Condition(old),
-            Source::Fires(_) => unreachable!("a wire is no function"),
+            Source::Wire(_) => unreachable!("a wire is no function"),
         },
         Effect::Code(text) => Effect::Code(text.clone()),
     })
 }
 
 /// The inputs of a part in a round.
-fn own_row(part: &PartNet, input: &InputRow, fires: &[i64]) -> InputRow {
+fn own_row(part: &PartNet, input: &InputRow, signals: &Signals) -> InputRow {
     let value = |source: &Source| match source {
         Source::Input(old) => input.value(*old),
-        Source::Fires(transition) => fires[transition.index()],
+        Source::Wire(signal) => signals.get(signal).copied().unwrap_or_default(),
     };
     InputRow { dt: input.dt, values: part.inputs.values().map(value).collect() }
 }

@@ -7,11 +7,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::division::Signal;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Driver, EdgeId, Expr, Leaf, Net, StepId, TransitionId, VarId};
+use grafsynth_ir::net::{Driver, EdgeId, Expr, Leaf, Net, StepId, VarId};
 
-use crate::partition::{exprs, readers};
+use crate::partition::{Known, exprs, known};
 use crate::solve::{NodeIndex, PartIndex};
 use crate::together::{Groups, Item};
 
@@ -62,18 +63,26 @@ impl<'a> Cells<'a> {
             Driver::Stored(var) => Some(var),
             _ => None,
         }));
+        let is_statechart = net.settings.policy.is_statechart();
         let of = |items: &Vec<Item>| {
             let mut needs = Needs::default();
+            if is_statechart {
+                // A chip reads states from wires and stores nothing.
+                needs.bits = items.iter().map(|item| output_bits(net, *item)).sum();
+                return needs;
+            }
             items.iter().for_each(|item| needs.add(net, &read, *item));
             needs.steps.retain(|step| !facts.unreachable_steps.contains(step));
             needs
         };
-        let alive = |id: &TransitionId| !facts.dead_transitions.contains(id);
-        let shown = readers(net, groups).into_iter().filter(|(id, ..)| alive(id));
-        let shown = shown.map(|(id, driver, readers)| {
+        let shown = known(net, groups).into_iter().filter_map(|one| {
+            let Known { signal, driver, readers } = one;
+            // A statechart is on the CPU, which has no macrocells.
+            let Signal::Fires(id) = signal else { return None };
             let transition = &net.transitions[id];
             let reads_inputs = !transition.events.is_empty() || reads_inputs(&transition.guard);
-            Shown { driver, readers, reads_inputs }
+            let is_alive = !facts.dead_transitions.contains(&id);
+            is_alive.then_some(Shown { driver, readers, reads_inputs })
         });
         Cells { facts, groups: groups.groups.iter().map(of).collect(), shown: shown.collect() }
     }
@@ -152,6 +161,16 @@ impl<'a> Cells<'a> {
             }
         }
         Some(kept)
+    }
+}
+
+/// The bits of a continuous output.
+fn output_bits(net: &Net, item: Item) -> u64 {
+    let Item::Output(id) = item else { return 0 };
+    let output = &net.outputs[id];
+    match &output.driver {
+        Driver::Continuous(all) if !all.is_empty() => u64::from(output.ty.bits()),
+        _ => 0,
     }
 }
 

@@ -12,13 +12,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Source, Wire, round_of};
+use grafsynth_ir::division::{
+    Division, Owners, PartIndex, PartNet, Shown, Signal, Source, round_of, rounds_of,
+};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Evolution, Expr,
-    ExternCall, Forcing, ForcingOrder, Input, InputId, InputKind, Leaf, Meta, Net, Output, Part,
-    Policy, Property, PropertyLeaf, PropertyRole, Step, StepId, Stmt, StmtKind, Timer, TimerId,
-    Transition, TransitionId, TransitionKind, Var,
+    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
+    Forcing, ForcingOrder, Input, InputId, Leaf, Meta, Net, Output, Part, Policy, Step, StepId,
+    Stmt, StmtKind, Timer, TimerId, Transition, TransitionId, TransitionKind, Var,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::validate::{Valid, validate};
@@ -26,6 +27,8 @@ use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{Id, Name};
 
 use crate::codes;
+use crate::pieces::{Ids, assumption, connect, numbered, unused, used_names, wire_input};
+use crate::statechart;
 use crate::together::{Groups, Item};
 
 /// Divides a net: gives each object to its owner, and each part the copies and wires that it needs. `names` are the names of the parts.
@@ -54,7 +57,10 @@ pub fn divide(
     if !apart.is_empty() {
         return Err(apart);
     }
-    let is_stable = net.settings.evolution != Evolution::Single;
+    if net.settings.policy.is_statechart() {
+        return statechart::divide(net, owners, names);
+    }
+    let is_stable = rounds_of(net).is_some();
     let net = &round_of(net)?;
     let contents: Vec<Contents> =
         (0..names.len()).map(|part| Contents::of(net, &owners, part)).collect();
@@ -70,37 +76,12 @@ pub fn divide(
         }
         parts.push(copier.part(name)?);
     }
-    let mut all = Vec::new();
-    for (transition, name) in wires {
-        let from = owners.transitions[transition];
-        let shows = |(_, shown): &(_, &Shown)| **shown == Shown::Fires(transition);
-        let Some((output, _)) = parts[from].outputs.iter().find(shows) else { continue };
-        let reads = |(_, source): &(InputId, &Source)| **source == Source::Fires(transition);
-        let to = parts
-            .iter()
-            .enumerate()
-            .filter_map(|(part, net)| Some((part, net.inputs.iter().find(reads)?.0)))
-            .collect();
-        all.push(Wire { transition, name, from, output, to });
-    }
-    Ok(Division { parts, owners, wires: all })
-}
-
-/// The names of a net with which that of a wire would be confused: outputs, inputs and steps share the columns of a trace.
-fn used_names(net: &Net) -> BTreeSet<String> {
-    let inputs = net.inputs.values().map(|it| it.name.text.as_str());
-    let outputs = net.outputs.values().map(|it| it.name.text.as_str());
-    let steps = net.steps.values().map(|it| it.name.text.as_str());
-    let vars = net.vars.values().map(|it| it.name.text.as_str());
-    inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect()
-}
-
-/// The name, made different from those that are used.
-fn unused(mut name: String, used: &mut BTreeSet<String>) -> String {
-    while !used.insert(name.clone()) {
-        name.push('_');
-    }
-    name
+    let signals = wires.into_iter().map(|(id, name)| {
+        let from = owners.transitions[id];
+        (Signal::Fires(id), name, from)
+    });
+    let wires = connect(&parts, signals);
+    Ok(Division { parts, owners, wires })
 }
 
 /// A name for each wire that no other object has.
@@ -237,9 +218,6 @@ impl Contents {
     }
 }
 
-/// Old ids with their new ids, in order.
-type Ids<T> = BTreeMap<Id<T>, Id<T>>;
-
 /// The new ids of the objects of a part. An object that the part does not have is not in its map.
 struct NewIds {
     steps: Ids<Step>,
@@ -251,11 +229,6 @@ struct NewIds {
     edges: Ids<EdgeOperand>,
     actions: Ids<ControlledAction>,
     outputs: Ids<Output>,
-}
-
-/// Numbers ids from 0 in their order.
-fn numbered<T>(ids: impl IntoIterator<Item = Id<T>>) -> Ids<T> {
-    ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).collect()
 }
 
 /// Copies the objects of one part. A reference to an object that the part does not have cannot occur: the contents are closed under what expressions read.
@@ -312,13 +285,7 @@ impl<'n> Copier<'n> {
         }
         for id in self.new.wires.keys() {
             let text = self.wires.get(id).cloned().unwrap_or_default();
-            part.inputs.push(Input {
-                name: Name::new(text, net.transitions[*id].name.span),
-                ty: Type::Bool,
-                kind: InputKind::Pin,
-                synchronous: true,
-                meta: Meta::default(),
-            });
+            part.inputs.push(wire_input(Name::new(text, net.transitions[*id].name.span)));
         }
         part.vars = self.new.vars.keys().map(|id| net.vars[*id].clone()).collect();
         part.sharing = (net.sharing.iter())
@@ -351,10 +318,10 @@ impl<'n> Copier<'n> {
                 emergency
             });
         }
-        part.properties =
-            net.properties.iter().filter_map(|property| self.assumption(property)).collect();
+        let assumptions = net.properties.iter();
+        part.properties = assumptions.filter_map(|one| assumption(one, &self.new.inputs)).collect();
         let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
-            .chain(self.new.wires.keys().map(|id| Source::Fires(*id)));
+            .chain(self.new.wires.keys().map(|id| Source::Wire(Signal::Fires(*id))));
         let inputs: Vec<Source> = inputs.collect();
         Ok(PartNet {
             name: name.to_owned(),
@@ -382,7 +349,7 @@ impl<'n> Copier<'n> {
             self.new.outputs.keys().map(|id| Shown::Output(*id)).collect();
         for (id, name) in self.wires {
             if self.owners.transitions[*id] == self.part {
-                outputs.push(Shown::Fires(*id));
+                outputs.push(Shown::Wire(Signal::Fires(*id)));
                 let name = Name::new(name.clone(), net.transitions[*id].name.span);
                 part.outputs.push(firing(name, vec![self.at(&self.new.transitions, *id)]));
             }
@@ -543,22 +510,6 @@ impl<'n> Copier<'n> {
             Leaf::Fireable(id) => Leaf::Fireable(self.at(&new.transitions, id)),
             Leaf::Controlled(id) => Leaf::Controlled(self.at(&new.actions, id)),
         })
-    }
-
-    /// An assumption whose inputs are all here. The others only exclude rows, so a part without them is proved for more rows than it gets.
-    fn assumption(&self, property: &Property) -> Option<Property> {
-        let here = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(id)) if self.new.inputs.contains_key(id));
-        if property.role != PropertyRole::Assume || !property.never.leaves().all(here) {
-            return None;
-        }
-        let mut property = property.clone();
-        property.never = property.never.map_leaves(&|leaf| match leaf {
-            PropertyLeaf::Net(Leaf::Input(id)) => {
-                PropertyLeaf::Net(Leaf::Input(self.at(&self.new.inputs, *id)))
-            }
-            other => *other,
-        });
-        Some(property)
     }
 }
 

@@ -3,7 +3,7 @@
 //! ```text
 //! net ─ together ──► groups of objects that must be on the same part
 //!     ─ partition ─► the part of each group, by the solver in `solve`
-//!     ─ divide ────► one net for each part, and the wires between them
+//!     ─ divide ────► one net for each part, and the wires between them; for a statechart, in `statechart`
 //! ```
 //!
 //! Everything here is a pure function. `grafsynth-verify` proves that the parts, joined by their wires, are the net; it shares no code with this crate.
@@ -31,7 +31,9 @@ pub mod cpu;
 pub mod divide;
 pub mod link;
 pub mod partition;
+mod pieces;
 pub mod solve;
+mod statechart;
 pub mod together;
 
 pub use cells::Cells;

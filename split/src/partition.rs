@@ -1,18 +1,18 @@
 //! The part of each group of objects: the partition problem of a net, and its solution.
 //!
 //! A group (see [`together`](crate::together())) is a node of the problem. A wire is needed if a part has a step that a transition of another part
-//! enters or leaves. So each transition is a hyperedge from its group to the groups that have or read such a step, and the pins for wires and inputs are counted
-//! exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that probably fits, and a
+//! enters or leaves. So each transition is a hyperedge from its group to the groups that have or read such a step; each state of a statechart is one to the
+//! outputs that depend on it. The pins for wires and inputs are counted exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that probably fits, and a
 //! lower bound shows that no better one exists. The fitter decides whether a part fits its chip.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::division::{Owners, PartIndex};
+use grafsynth_ir::division::{Owners, PartIndex, Signal};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind, TransitionId,
+    Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind, Transition, TransitionId,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::walk::{expressions, statements};
@@ -305,35 +305,49 @@ pub(crate) fn exprs(net: &Net, item: Item) -> Vec<&Expr> {
     }
 }
 
-/// For each transition that another group may have to know: its group, and the groups that have or read a step that it enters or leaves.
-pub(crate) fn readers(net: &Net, groups: &Groups) -> Vec<(TransitionId, usize, Vec<usize>)> {
+/// A signal that other groups may need: the group that has it, and those that read it.
+pub(crate) struct Known {
+    pub(crate) signal: Signal,
+    pub(crate) driver: usize,
+    pub(crate) readers: Vec<usize>,
+}
+
+/// What groups may have to know about each other: for each transition, the groups that have or read a step that it enters or leaves; for each state of a
+/// statechart, the outputs that depend on it.
+pub(crate) fn known(net: &Net, groups: &Groups) -> Vec<Known> {
     let mut readers: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         for step in Reads::of(net, items).steps {
             readers.entry(step).or_default().push(group);
         }
     }
-    let of = |id| {
-        let driver = *groups.of.get(&Item::Transition(id))?;
-        let transition = &net.transitions[id];
-        let touched = transition.requires.iter().copied().chain(following(transition));
-        let all: BTreeSet<usize> =
-            touched.filter_map(|step| readers.get(&step)).flatten().copied().collect();
+    let of = |signal: Signal, item: Item, steps: Vec<StepId>| {
+        let driver = *groups.of.get(&item)?;
+        let steps = steps.into_iter().filter_map(|step| readers.get(&step));
+        let all: BTreeSet<usize> = steps.flatten().copied().collect();
         let readers: Vec<usize> = all.into_iter().filter(|group| *group != driver).collect();
-        (!readers.is_empty()).then_some((id, driver, readers))
+        (!readers.is_empty()).then_some(Known { signal, driver, readers })
     };
-    net.transitions.ids().filter_map(of).collect()
+    if net.settings.policy.is_statechart() {
+        let of = |id| of(Signal::Active(id), Item::Step(id), vec![id]);
+        return net.steps.ids().filter_map(of).collect();
+    }
+    let of = |(id, transition): (TransitionId, &Transition)| {
+        let touched = transition.requires.iter().copied().chain(following(transition));
+        of(Signal::Fires(id), Item::Transition(id), touched.collect())
+    };
+    net.transitions.iter().filter_map(of).collect()
 }
 
-/// One hyperedge for each transition: its readers need its wire if they are on another part.
+/// One hyperedge for each signal: its readers need its wire if they are on another part.
 fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
     let cost = match objective {
         Objective::Cycles => 4,
         Objective::Pins => 1,
         Objective::Cells => 0,
     };
-    let all = readers(net, groups).into_iter();
-    all.map(|(_, driver, readers)| Wire { driver, readers, cost }).collect()
+    let all = known(net, groups).into_iter();
+    all.map(|Known { driver, readers, .. }| Wire { driver, readers, cost }).collect()
 }
 
 /// The pins for inputs and macrocells: one for each input bit on each part that reads it, and one for each macrocell, which nothing else can use.
@@ -359,11 +373,14 @@ fn pins(net: &Net, groups: &Groups, count: Count) -> Vec<InputGroup> {
         }
         return pins;
     }
-    // A step needs a macrocell on each part that has it or a copy of it.
+    // A step needs a macrocell on each part that has it or a copy of it. A state of a statechart has no copy, only a wire.
+    let has_copies = !net.settings.policy.is_statechart();
     let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         let all = Reads::of(net, items);
-        all.steps.iter().for_each(|step| present.entry(*step).or_default().push(group));
+        for step in all.steps.iter().filter(|_| has_copies) {
+            present.entry(*step).or_default().push(group);
+        }
         let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count();
         let others = usize::try_from(cells(net, items)).unwrap_or(0).saturating_sub(steps);
         pins.extend(std::iter::repeat_n(InputGroup { readers: vec![group] }, others));
@@ -384,6 +401,7 @@ fn output_bits(net: &Net, items: &[Item]) -> i64 {
 /// The estimated macrocells of a group.
 fn cells(net: &Net, items: &[Item]) -> i64 {
     let bits = |ty: Type, len: Option<u32>| i64::from(ty.bits()) * i64::from(len.unwrap_or(1));
+    let has_copies = !net.settings.policy.is_statechart();
     let one = |item: &Item| match *item {
         Item::Step(_) => 1,
         Item::Var(id) => bits(net.vars[id].ty, net.vars[id].len),
@@ -395,7 +413,11 @@ fn cells(net: &Net, items: &[Item]) -> i64 {
         }
         // An output that is one step's bit can share its macrocell.
         Item::Output(id) => match &net.outputs[id].driver {
-            Driver::Continuous(all) if all.len() == 1 && all[0].condition.is_none() => 0,
+            Driver::Continuous(all)
+                if all.len() == 1 && all[0].condition.is_none() && has_copies =>
+            {
+                0
+            }
             Driver::Continuous(_) | Driver::Mealy(_) => 1,
             Driver::Fires(_)
             | Driver::Stored(_)

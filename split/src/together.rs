@@ -10,7 +10,7 @@ use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::net::{
     ActionId, Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
-    StepId, StmtKind, TransitionId, TransitionKind, VarId,
+    Step, StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarId,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::walk::statements;
@@ -73,6 +73,10 @@ pub enum Why {
     Hierarchy,
     /// An output, and the variable or action that drives it.
     Drives,
+    /// A statechart is on one part: its charts share their queues, and a micro-step may leave and enter states anywhere.
+    Statechart,
+    /// An output of a statechart that depends on more than active states and inputs, or is registered.
+    Depends,
 }
 
 impl Why {
@@ -87,6 +91,10 @@ impl Why {
             Why::FireOne => "cannot (`fire one`) fire together with",
             Why::Hierarchy => "shares enclosed or forced steps with",
             Why::Drives => "is driven by",
+            Why::Statechart => "is in the same statechart as",
+            Why::Depends => {
+                "is registered or depends on more than active states and inputs, so it stays with"
+            }
         }
     }
 }
@@ -142,7 +150,11 @@ pub fn together(net: &Net) -> Result<Groups, Vec<Diagnostic>> {
     let hierarchy = hierarchy(net);
     let mut finder = Finder { net, hierarchy, bonds: Vec::new(), cpu: BTreeMap::new() };
     finder.unsupported()?;
-    finder.all();
+    if net.settings.policy.is_statechart() {
+        finder.statechart();
+    } else {
+        finder.all();
+    }
     Ok(finder.groups())
 }
 
@@ -209,7 +221,12 @@ impl Finder<'_> {
             );
         };
         if net.settings.policy.is_statechart() {
-            refuse("a statechart", "build it for one chip or one CPU with `build`", net.name.span);
+            let is_last =
+                |step: &Step| matches!(step.kind, StepKind::Final) && step.parent.is_none();
+            for step in net.steps.values().filter(|step| is_last(step)) {
+                let help = "use a state that is not final: the outputs of a chart that has ended keep their values, and a chip stores nothing";
+                refuse("a statechart that ends", help, step.meta.span);
+            }
         } else if net.settings.evolution != Evolution::Single {
             self.once_per_reaction(&mut refuse);
         }
@@ -309,6 +326,44 @@ impl Finder<'_> {
         }
         self.conflicts();
         self.hierarchy();
+    }
+
+    /// A statechart is on the CPU. Only its outputs can be elsewhere: those that are functions of active states and inputs.
+    fn statechart(&mut self) {
+        let net = self.net;
+        let Some(first) = net.steps.ids().next().map(Item::Step) else { return };
+        let rest = (net.steps.ids().map(Item::Step))
+            .chain(net.transitions.ids().map(Item::Transition))
+            .chain(net.vars.ids().map(Item::Var))
+            .chain(net.actions.ids().map(Item::Action))
+            .chain(self.raised().into_iter().map(Item::Event));
+        for item in rest.collect::<Vec<_>>() {
+            self.bond(item, first, Why::Statechart);
+        }
+        self.cpu.insert(first, "it is in a statechart");
+        let is_pin = |id: InputId| net.inputs[id].kind == InputKind::Pin;
+        let of_inputs = |leaf: &Leaf| matches!(leaf, Leaf::Input(id) if is_pin(*id));
+        let of_states = |leaf: &Leaf| of_inputs(leaf) || matches!(leaf, Leaf::Active(_));
+        // The states that a chip sees are outputs of the CPU, which an emergency forces too. So they cannot decide about it.
+        let is_clear = net.emergency.iter().all(|it| it.condition.leaves().all(of_inputs));
+        for (id, output) in net.outputs.iter() {
+            // The flip-flop of a registered output has no clock before row 0.
+            let is_moore = matches!(&output.driver, Driver::Continuous(_))
+                && !output.registered
+                && output.driver.exprs().all(|expr| expr.leaves().all(of_states));
+            if !(is_moore && is_clear) {
+                self.bond(Item::Output(id), first, Why::Depends);
+            }
+        }
+    }
+
+    /// The events that lists raise.
+    fn raised(&self) -> BTreeSet<InputId> {
+        let raised = self.net.statements().filter_map(|stmt| match stmt.kind {
+            StmtKind::Raise(event) => Some(event),
+            _ => None,
+        });
+        raised.collect()
     }
 
     /// Records that the item reads the step: a copy is enough, unless wires cannot show how the step changes.
@@ -437,12 +492,7 @@ impl Finder<'_> {
 
     fn groups(self) -> Groups {
         let net = self.net;
-        let raised: BTreeSet<InputId> = net
-            .statements()
-            .filter_map(
-                |stmt| if let StmtKind::Raise(event) = stmt.kind { Some(event) } else { None },
-            )
-            .collect();
+        let raised = self.raised();
         let items: Vec<Item> = (net.steps.ids().map(Item::Step))
             .chain(net.transitions.ids().map(Item::Transition))
             .chain(net.vars.ids().map(Item::Var))

@@ -3,7 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
-use crate::split::{division, features, stable_features};
+use crate::split::{division, features, stable_features, statechart_features};
 use grafsynth_engines::tools;
 use grafsynth_ir::arena::Id;
 use grafsynth_ir::division::{Division, PartNet};
@@ -59,9 +59,13 @@ struct Case {
 }
 
 impl Case {
-    /// Two of three charts have the evolution `single`.
+    /// Grafcet charts of both evolutions, and statecharts.
     fn new(seed: u64) -> Option<Case> {
-        let features = if seed % 3 == 1 { stable_features(seed) } else { features(seed) };
+        let features = match seed % 6 {
+            1 | 4 => stable_features(seed),
+            5 => statechart_features(seed),
+            _ => features(seed),
+        };
         let net = random_net(seed, &features);
         let division = division(&net, seed)?;
         let (_, chips) = division.parts.split_last()?;

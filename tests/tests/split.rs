@@ -9,11 +9,15 @@ use std::collections::BTreeMap;
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::division::{Division, Owners, Source, round_of};
-use grafsynth_ir::net::{Driver, Enter, Expr, Net};
-use grafsynth_ir::{FileId, Valid, text, validate};
+use grafsynth_ir::net::{
+    Driver, Enter, Expr, InputKind, Leaf, Meta, Net, Policy, Property, PropertyExpr, PropertyLeaf,
+    PropertyRole,
+};
+use grafsynth_ir::{FileId, Span, Valid, text, validate};
 use grafsynth_sim::{InputRow, Joint, Random, Simulator, Stimulus};
 use grafsynth_split::{Groups, Item, divide, together};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
+use grafsynth_tests::{chart, rounds};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{Apart, Joined, Limits, RoundFacts, joined, structural_facts};
 
@@ -295,7 +299,7 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             let wires: Vec<_> = part
                 .inputs
                 .iter()
-                .filter(|(_, source)| matches!(source, Source::Fires(_)))
+                .filter(|(_, source)| matches!(source, Source::Wire(_)))
                 .map(|(id, _)| id)
                 .collect();
             let (a, b) = (*random.pick(&wires)?, *random.pick(&wires)?);
@@ -389,6 +393,220 @@ fn spoiled_are_not_proved(features: fn(u64) -> Features) {
             continue;
         };
         equal += 1;
+        for other in 0..20 {
+            if let Some(found) = difference(&net, &wrong, seed * 100 + other) {
+                panic!("seed {seed}: {what}, but it was proved: {found}\n{}", text::print(&net));
+            }
+        }
+    }
+    println!("{refused} refused, {equal} equal in spite of the change");
+    assert!(refused > equal * 3, "{refused} refused, {equal} proved");
+}
+
+/// The features of statecharts that can be divided. A final state at the top of a chart prevents it.
+pub(crate) fn statechart_features(seed: u64) -> Features {
+    let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
+    let all = Features {
+        policies,
+        firings: false,
+        single: false,
+        stable: true,
+        max_steps: 8,
+        ..Features::program()
+    };
+    let some = if seed.is_multiple_of(3) { all } else { all.some(seed) };
+    Features { single: false, stable: true, ..some }
+}
+
+#[test]
+fn the_parts_of_random_statecharts_are_the_net() {
+    let only = std::env::var("SPLIT_SEED").ok().and_then(|text| text.parse().ok());
+    let seeds = only.map_or(0..rounds(60, 3000), |seed: u64| seed..seed + 1);
+    let mut tally: BTreeMap<String, u32> = BTreeMap::new();
+    let (mut all, mut long) = (0, 0);
+    for seed in seeds {
+        let net = random_net(seed, &statechart_features(seed));
+        let Some(parts) = division(&net, seed).filter(|parts| !parts.wires.is_empty()) else {
+            continue;
+        };
+        all += 1;
+        if let Some(found) = difference(&net, &parts, seed) {
+            panic!("seed {seed}: {found}\n{}", text::print(&net));
+        }
+        let class = match proof(&net, &parts) {
+            Verdict::Proved(_) => "proved".to_owned(),
+            Verdict::Refuted(apart) => panic!("seed {seed}: {apart:?}\n{}", text::print(&net)),
+            Verdict::Open(open) => {
+                open.reasons.first().map(ToString::to_string).unwrap_or_default()
+            }
+        };
+        *tally.entry(class).or_default() += 1;
+        long += reactions_of_several_rounds(&net, seed);
+    }
+    println!("{all} statecharts with wires, {long} reactions of several micro-steps: {tally:#?}");
+    if only.is_none() {
+        let proved = tally.get("proved").copied().unwrap_or_default();
+        assert!(all >= 15 && long >= 5 && proved * 10 >= all * 9, "{proved} of {all}, {long}");
+    }
+}
+
+/// A chart, its rows (two inputs, in their order), and the outputs after each row, from row 0 on.
+type StateCase = (&'static str, &'static str, &'static [[i64; 2]], &'static [&'static [i64]]);
+
+/// The statecharts of semantics §12 on which a simpler rule for wires fails.
+const STATES: [StateCase; 3] = [
+    (
+        "C48: a transient state gives no pulse",
+        "conflict inner-first
+         event go
+         internal event next
+         queue 1
+         output M, D
+         initial state s
+         state m { M }
+         state d { D }
+         s -> m on go do { raise next }
+         m -> d on next",
+        &[[1, 0]],
+        &[&[0, 0], &[0, 1]],
+    ),
+    (
+        "C49: the state after the move with the inputs of the same row",
+        "conflict inner-first
+         event go
+         input a
+         output R
+         initial state s
+         state r { R if a }
+         s -> r on go",
+        &[[1, 1], [0, 0], [0, 1]],
+        &[&[0], &[1], &[0], &[1]],
+    ),
+    (
+        "C50: the states that the reset reaches",
+        "conflict inner-first
+         input a
+         output R
+         initial state s
+         state r { R if not a }
+         s -> r",
+        &[[1, 0], [0, 0]],
+        &[&[1], &[0], &[1]],
+    ),
+];
+
+#[test]
+fn wires_show_states_at_the_end_of_a_reaction() {
+    for (what, items, rows, wanted) in STATES {
+        let net = chart("states.graf", &format!("chart n {{\n{items}\n}}\n"));
+        let groups = together(&net).expect("it can be divided");
+        let names = names(2);
+        let on_chip = |item: Item| usize::from(groups.cpu_only.contains_key(&groups.of[&item]));
+        let owners = Owners {
+            steps: IdMap::build(&net.steps, |id, _| on_chip(Item::Step(id))),
+            transitions: IdMap::build(&net.transitions, |id, _| on_chip(Item::Transition(id))),
+            vars: IdMap::build(&net.vars, |id, _| on_chip(Item::Var(id))),
+            actions: IdMap::build(&net.actions, |id, _| on_chip(Item::Action(id))),
+            outputs: IdMap::build(&net.outputs, |id, _| on_chip(Item::Output(id))),
+        };
+        let parts = divide(&net, &groups, owners, &names).expect("it can be divided");
+        assert!(!parts.wires.is_empty(), "{what}: nothing is on the chip");
+        assert!(matches!(proof(&net, &parts), Verdict::Proved(_)), "{what}");
+        let mut joint = Joint::new(&net, &parts);
+        let outputs: Vec<usize> = (0..net.outputs.len()).collect();
+        let of = |row: &grafsynth_sim::Row| -> Vec<i64> {
+            outputs.iter().map(|at| row.outputs[*at]).collect()
+        };
+        let first = joint.row(&InputRow { dt: 0, ..InputRow::zero(&net) });
+        assert_eq!(of(&first), wanted[0], "{what}, row 0");
+        for (at, (values, wanted)) in rows.iter().zip(&wanted[1..]).enumerate() {
+            let mut input = InputRow { dt: 1, ..InputRow::zero(&net) };
+            let columns = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
+            for ((id, _), value) in columns.zip(values) {
+                input.values[id.index()] = *value;
+            }
+            assert_eq!(of(&joint.step(&input)), *wanted, "{what}, row {}", at + 1);
+        }
+    }
+}
+
+/// A division of a statechart with one mistake.
+fn spoiled_statechart(division: &Division, random: &mut Random) -> Option<(Division, String)> {
+    let mut wrong = division.clone();
+    let at = random.below(2) * (wrong.parts.len() - 1);
+    let part = &mut wrong.parts[at];
+    let mut net = part.net.clone().into_inner();
+    let steps: Vec<_> = net.steps.ids().collect();
+    let emissions = net.outputs.values_mut().find_map(|output| match &mut output.driver {
+        Driver::Continuous(all) => all.first_mut(),
+        _ => None,
+    });
+    let what = match random.below(5) {
+        0 => {
+            let emission = emissions?;
+            let condition = emission.condition.clone().unwrap_or(Expr::bool(true));
+            emission.condition = Some(condition.not());
+            "a condition of an output is negated"
+        }
+        1 => {
+            emissions?.step = *random.pick(&steps)?;
+            "an output belongs to another state"
+        }
+        2 => {
+            let transitions: Vec<_> = net.transitions.ids().collect();
+            let id = *random.pick(&transitions)?;
+            net.transitions[id].guard = net.transitions[id].guard.clone().not();
+            "a receptivity is negated"
+        }
+        3 => {
+            let wires: Vec<_> = part
+                .inputs
+                .iter()
+                .filter(|(_, source)| matches!(source, Source::Wire(_)))
+                .map(|(id, _)| id)
+                .collect();
+            let (a, b) = (*random.pick(&wires)?, *random.pick(&wires)?);
+            let (old, new) = (part.inputs[a], part.inputs[b]);
+            (part.inputs[a], part.inputs[b]) = (new, old);
+            "two wires are swapped"
+        }
+        _ => {
+            let pins = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Pin);
+            let pins: Vec<_> = pins.filter(|(_, it)| it.ty.is_bool()).map(|(id, _)| id).collect();
+            let never = PropertyLeaf::Net(Leaf::Input(*random.pick(&pins)?));
+            net.properties.push(Property {
+                name: String::new(),
+                role: PropertyRole::Assume,
+                never: PropertyExpr::leaf(never, Span::default()),
+                meta: Meta::default(),
+            });
+            "an assumption is added"
+        }
+    };
+    if *part.net == net && part.inputs == division.parts[at].inputs {
+        return None;
+    }
+    part.net = validate(net).ok()?;
+    let what = format!("part {}: {what}", part.name);
+    Some((wrong, what))
+}
+
+#[test]
+fn spoiled_divisions_of_statecharts_are_not_proved() {
+    let (mut refused, mut equal) = (0, 0);
+    for seed in 0..rounds(80, 2000) {
+        let net = random_net(seed, &statechart_features(seed));
+        let Some(parts) = division(&net, seed).filter(|parts| !parts.wires.is_empty()) else {
+            continue;
+        };
+        let mut random = Random::new(seed ^ 0x0bad);
+        let Some((wrong, what)) = spoiled_statechart(&parts, &mut random) else { continue };
+        let Verdict::Proved(_) = proof(&net, &wrong) else {
+            refused += 1;
+            continue;
+        };
+        equal += 1;
+        assert!(!what.contains("assumption"), "seed {seed}: {what}, but it was proved");
         for other in 0..20 {
             if let Some(found) = difference(&net, &wrong, seed * 100 + other) {
                 panic!("seed {seed}: {what}, but it was proved: {found}\n{}", text::print(&net));

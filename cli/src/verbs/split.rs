@@ -279,7 +279,10 @@ fn finish(
 fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String {
     let owners = &split.division.owners;
     let steps = net.steps.ids().filter(|id| owners.steps[*id] == at).count();
-    let copies = split.division.parts[at].steps.len().saturating_sub(steps);
+    let copies = match net.settings.policy.is_statechart() {
+        true => 0,
+        false => split.division.parts[at].steps.len().saturating_sub(steps),
+    };
     let transitions = net.transitions.ids().filter(|id| owners.transitions[*id] == at).count();
     let out = split.division.wires.iter().filter(|wire| wire.from == at).count();
     let into =

@@ -7,8 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
-use grafsynth_ir::division::{Division, PartIndex, Shown, Source};
-use grafsynth_ir::net::{InputId, OutputId, TransitionId};
+use grafsynth_ir::division::{Division, PartIndex, Shown, Signal, Source};
+use grafsynth_ir::net::{InputId, OutputId};
 
 use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, End, Object, Put};
 
@@ -105,8 +105,8 @@ enum Value {
     Input(InputId, u32),
     /// Whether this round has a tick.
     Tick,
-    /// Whether a transition fires in this round.
-    Fires(TransitionId),
+    /// What a wire shows in this round.
+    Wire(Signal),
     /// Whether any transition of a part fires in this round.
     Moves(PartIndex),
     /// The level of the clock.
@@ -283,9 +283,7 @@ impl<'l> Run<'l> {
             Put::Output(output) => {
                 let mut shown = self.division.parts[self.cpu].outputs.iter();
                 match shown.find(|(id, _)| *id == output) {
-                    Some((_, Shown::Fires(transition))) => {
-                        (Value::Fires(*transition), self.has_reacted)
-                    }
+                    Some((_, Shown::Wire(signal))) => (Value::Wire(*signal), self.has_reacted),
                     Some((_, Shown::Output(_) | Shown::Moves)) | None => return Err(Why::Unknown),
                 }
             }
@@ -299,7 +297,7 @@ impl<'l> Run<'l> {
         self.values[connection] = value;
         self.is_settled[connection] = false;
         for end in &one.to {
-            if !matches!(self.wanted.get(end), Some(Value::Fires(_))) {
+            if !matches!(self.wanted.get(end), Some(Value::Wire(_))) {
                 self.unsettle(end.part);
             }
         }
@@ -379,7 +377,7 @@ impl<'l> Run<'l> {
                 // Functions of the program and events of the chart itself are no members of its inputs.
                 Source::Input(_) if !part.net.inputs[input].kind.is_handed() => continue,
                 Source::Input(from) => Value::Input(from, 0),
-                Source::Fires(transition) => Value::Fires(transition),
+                Source::Wire(signal) => Value::Wire(signal),
             };
             if self.handed.get(&input) != Some(&wanted) {
                 return Err(Why::CpuInput(input));
@@ -435,7 +433,7 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
                         net.inputs.iter().find(|(id, _)| *id == input).ok_or(Why::Unknown)?;
                     let value = match *source {
                         Source::Input(input) => Value::Input(input, signal.bit),
-                        Source::Fires(transition) => Value::Fires(transition),
+                        Source::Wire(signal) => Value::Wire(signal),
                     };
                     wanted.insert(end, value);
                 }
@@ -444,7 +442,7 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
                         net.outputs.iter().find(|(id, _)| *id == output).ok_or(Why::Unknown)?;
                     let value = match *meaning {
                         Shown::Output(output) => Value::Plant(output, signal.bit),
-                        Shown::Fires(transition) => Value::Fires(transition),
+                        Shown::Wire(signal) => Value::Wire(signal),
                         Shown::Moves => Value::Moves(part),
                     };
                     shown.insert(end, value);
@@ -469,7 +467,7 @@ fn label(carries: Carries) -> Value {
         Carries::Clock => Value::Clock,
         Carries::Tick => Value::Tick,
         Carries::Input { input, bit } => Value::Input(input, bit),
-        Carries::Fires(transition) => Value::Fires(transition),
+        Carries::Wire(signal) => Value::Wire(signal),
         Carries::Moves(part) => Value::Moves(part),
         Carries::Plant { output, bit } => Value::Plant(output, bit),
     }

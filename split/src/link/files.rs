@@ -7,7 +7,7 @@ use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{InputId, Net};
 
 use super::pins_text;
-use super::{Act, Link, Put, Request};
+use super::{Act, Link, Put, Request, Start};
 
 /// A file of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -160,8 +160,12 @@ impl<'l> Text<'l> {
             self.parameters(false)
         );
         text += &format!("    {}_init({});\n", cpu.prefix, self.arguments(false));
-        for (at, level) in &self.link.start {
-            text += &format!("    {upper}_PUT_{}({level});\n", self.link.connections[*at].name);
+        for (at, start) in &self.link.start {
+            let value = match start {
+                Start::Level(level) => level.to_string(),
+                Start::Output(output) => self.value(Put::Output(*output)),
+            };
+            text += &format!("    {upper}_PUT_{}({value});\n", self.link.connections[*at].name);
         }
         text += &format!("    {upper}_LINK_SETTLE();\n}}\n\n");
         text += &format!("void {name}_link_round({})\n{{\n", self.parameters(true));
@@ -224,6 +228,20 @@ impl<'l> Text<'l> {
         all.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
+    /// The C expression of a value that is put on a pin.
+    fn value(&self, put: Put) -> String {
+        let member = |name: Option<&String>| name.cloned().unwrap_or_default();
+        match put {
+            Put::Input { input, bit } => {
+                bit_of(self.request.net, input, &member(self.members.get(&input)), bit)
+            }
+            Put::Tick => "dt != 0U".to_owned(),
+            Put::Output(output) => {
+                format!("out->{}", member(self.request.names.outputs.get(&output)))
+            }
+        }
+    }
+
     /// The lines of one act.
     fn act(&self, act: Act, upper: &str) -> String {
         let none = String::new();
@@ -241,15 +259,7 @@ impl<'l> Text<'l> {
                 format!("    cpu_in.{} = latched.{};\n", input(to), member(from))
             }
             Act::Put { connection, value } => {
-                let value = match value {
-                    Put::Input { input, bit } => {
-                        bit_of(self.request.net, input, member(input), bit)
-                    }
-                    Put::Tick => "dt != 0U".to_owned(),
-                    Put::Output(output) => {
-                        format!("out->{}", cpu.outputs.get(&output).unwrap_or(&none))
-                    }
-                };
+                let value = self.value(value);
                 format!("    {upper}_PUT_{}({value});\n", pin(connection))
             }
             Act::Settle => format!("    {upper}_LINK_SETTLE();\n"),

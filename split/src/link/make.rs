@@ -3,13 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
-use grafsynth_ir::division::{Division, PartIndex, PartNet, Shown, Source};
+use grafsynth_ir::division::{Division, PartIndex, PartNet, Shown, Signal, Source, rounds_of};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
-use grafsynth_ir::net::{Evolution, Expr, InputId, Leaf, Net, OutputId};
+use grafsynth_ir::net::{Expr, InputId, Leaf, Net, OutputId};
 
 use super::{
-    Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request,
+    Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request, Start,
 };
 use crate::codes;
 use crate::cpu::{Cpu, Pin};
@@ -33,14 +33,15 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     let acts = acts(request, &maker.connections);
     let starts = |(at, one): (ConnectionIndex, &Connection)| {
         let level = one.pull?;
+        if let Carries::Wire(signal @ Signal::Active(_)) = one.carries {
+            let wire = request.division.wires.iter().find(|wire| wire.signal == signal)?;
+            return Some((at, Start::Output(wire.output)));
+        }
         let start = level_of_row_0(request.net, one.carries);
-        (start != level).then_some((at, start))
+        (start != level).then_some((at, Start::Level(start)))
     };
     let start = maker.connections.iter().enumerate().filter_map(starts).collect();
-    let most_rounds = match request.net.settings.evolution {
-        Evolution::Single => None,
-        Evolution::Stable { limit } => Some(limit.saturating_add(1)),
-    };
+    let most_rounds = rounds_of(request.net).map(|limit| limit.saturating_add(1));
     Ok(Link { connections: maker.connections, acts, most_rounds, start })
 }
 
@@ -147,7 +148,7 @@ impl Maker<'_> {
                     pins_of(signals, Object::Input(*input)).map(|pin| End { part: *part, pin }),
                 );
             }
-            let carries = Carries::Fires(wire.transition);
+            let carries = Carries::Wire(wire.signal);
             if wire.from == self.cpu() {
                 self.driven(&wire.name, carries, to, namer);
                 continue;
@@ -364,15 +365,19 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
         }
     }
     let all = || connections.iter().enumerate();
-    for (connection, one) in all().filter(|(_, one)| one.from.part == cpu) {
-        match one.carries {
-            Carries::Input { input, bit } => {
-                acts.push(Act::Put { connection, value: Put::Input { input, bit } })
-            }
-            Carries::Tick => acts.push(Act::Put { connection, value: Put::Tick }),
-            Carries::Clock | Carries::Fires(_) | Carries::Moves(_) | Carries::Plant { .. } => {}
-        }
-    }
+    let put = |(connection, one): (ConnectionIndex, &Connection)| {
+        let value = match one.carries {
+            Carries::Input { input, bit } => Put::Input { input, bit },
+            Carries::Tick => Put::Tick,
+            _ => return None,
+        };
+        (one.from.part == cpu).then_some(Act::Put { connection, value })
+    };
+    let mut puts: Vec<Act> = all().filter_map(put).collect();
+    // The CPU reads nothing from the chips of a statechart. They get the inputs together with the states that the reaction reaches, not before it.
+    let mut late = Vec::new();
+    let target = if request.net.settings.policy.is_statechart() { &mut late } else { &mut acts };
+    target.append(&mut puts);
     let mut is_unsettled = matches!(acts.last(), Some(Act::Put { .. }));
     // The wires of a chip without such inputs depend on its state alone.
     let follows = |chip: &PartIndex| {
@@ -383,7 +388,7 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     let mut gets = Vec::new();
     let mut is_followed = false;
     for wire in &request.division.wires {
-        let carries = Carries::Fires(wire.transition);
+        let carries = Carries::Wire(wire.signal);
         let reader = wire.to.iter().find(|(part, _)| *part == cpu);
         let (Some((_, to)), Some((connection, _))) =
             (reader, all().find(|(_, one)| one.carries == carries))
@@ -406,8 +411,10 @@ fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
     acts.append(&mut gets);
     acts.push(Act::React);
     acts.extend(moves(part).map(|output| Act::AskCpu { output }));
+    is_unsettled |= !late.is_empty();
+    acts.append(&mut late);
     for wire in request.division.wires.iter().filter(|wire| wire.from == cpu) {
-        let carries = Carries::Fires(wire.transition);
+        let carries = Carries::Wire(wire.signal);
         if let Some((connection, _)) = all().find(|(_, one)| one.carries == carries) {
             acts.push(Act::Put { connection, value: Put::Output(wire.output) });
             is_unsettled = true;

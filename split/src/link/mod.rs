@@ -18,8 +18,8 @@ mod wiring;
 
 use std::collections::BTreeMap;
 
-use grafsynth_ir::division::{Division, PartIndex};
-use grafsynth_ir::net::{InputId, Net, OutputId, TransitionId};
+use grafsynth_ir::division::{Division, PartIndex, Signal};
+use grafsynth_ir::net::{InputId, Net, OutputId};
 
 use crate::cpu::Cpu;
 
@@ -143,8 +143,8 @@ pub enum Carries {
         /// The bit of the value minus the lower bound.
         bit: u32,
     },
-    /// Whether a transition fires in the round.
-    Fires(TransitionId),
+    /// What a wire between parts shows in the round.
+    Wire(Signal),
     /// Whether any transition of a chip fires in the round, which decides whether there is another one.
     Moves(PartIndex),
     /// A bit of an output of the net, from a chip to the plant.
@@ -247,6 +247,15 @@ pub struct Link {
     /// The maximum number of rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after
     /// the first one are without time and events.
     pub most_rounds: Option<u32>,
-    /// The levels that the CPU sets for row 0, in which all inputs are 0, if they differ from the levels in reset.
-    pub start: Vec<(ConnectionIndex, bool)>,
+    /// What the CPU puts on its pins for row 0, in which all inputs are 0, if that may differ from the levels in reset.
+    pub start: Vec<(ConnectionIndex, Start)>,
+}
+
+/// What the CPU puts on a pin after its initialisation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Start {
+    /// This level.
+    Level(bool),
+    /// A Boolean output of the part on the CPU, in row 0.
+    Output(OutputId),
 }

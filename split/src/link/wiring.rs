@@ -106,9 +106,7 @@ fn carried(request: &Request<'_>, one: &Connection) -> String {
         Carries::Input { input, bit } => {
             format!("input `{}`, bit {bit}", net.inputs[input].name.text)
         }
-        Carries::Fires(transition) => {
-            format!("transition `{}` fires", net.transitions[transition].name.text)
-        }
+        Carries::Wire(signal) => signal.describe(net),
         Carries::Moves(_) => "1 if a transition of the chip fires in this round".to_owned(),
         Carries::Plant { output, bit } => {
             let declared = &net.outputs[output];

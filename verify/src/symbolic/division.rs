@@ -13,13 +13,21 @@
 //! If the evolution of the net is `stable`, all this is shown for its micro-step, which is one round (semantics §10.3): then S is any state between two
 //! micro-steps. It must also be proved that no reaction of the net exceeds its limit, and each part must show whether it moves.
 //!
+//! A statechart is on one part as a whole; [`statechart`] proves its parts.
+//!
 //! By induction the parts then have the net's outputs, steps and variables in every row. The proof uses the second encoding of the reaction for the net and for each
 //! part. The division is a claim: the proof does not trust it, but checks which object each object of a part copies.
 
+mod statechart;
+mod words;
+
 use grafsynth_ir::Valid;
-use grafsynth_ir::division::{Division, PartNet, Shown, Source, round_of};
+use grafsynth_ir::division::{Division, PartNet, Shown, Signal, Source, round_of};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Driver, Evolution, InputKind, Net, Output, StepId, TransitionId};
+use grafsynth_ir::net::{
+    Driver, Evolution, InputId, InputKind, Leaf, Net, Output, Property, PropertyLeaf, PropertyRole,
+    StepId, TransitionId,
+};
 use grafsynth_ir::program::Origin;
 
 use super::aig::{Aig, Lit};
@@ -31,6 +39,7 @@ use super::state::{Key, Shape, State, Value};
 use super::{CONE, Model};
 use crate::limits::Limits;
 use crate::verdict::{Open, Scope, Verdict};
+use words::{stored, wire};
 
 /// The bits of `dt` if a row can take several ticks: [`grafsynth_sim::MAX_DT`] is the largest.
 const BITS_OF_DT: u32 = grafsynth_sim::MAX_DT.count_ones();
@@ -115,14 +124,14 @@ fn prove(
     one_tick: bool,
     limits: &Limits,
 ) -> Result<Joined, Failed> {
-    let single = |net: &Net| net.settings.evolution == Evolution::Single;
+    covers(net, division)?;
     if net.settings.policy.is_statechart() {
-        return Err(Failed::Open("statecharts are not supported".to_owned()));
+        return statechart::prove(net, known.facts, division, limits);
     }
+    let single = |net: &Net| net.settings.evolution == Evolution::Single;
     if !division.parts.iter().all(|part| single(&part.net)) {
         return Err(Failed::Open("a part makes more than one micro-step in a round".to_owned()));
     }
-    covers(net, division)?;
     if !single(net) {
         ends_together(net, division)?;
     }
@@ -182,11 +191,37 @@ fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
             return Err(missing(format!("variable `{}`", var.name)));
         }
     }
+    for part in &division.parts {
+        assumes_no_more(net, part)?;
+    }
     for source in division.parts.iter().flat_map(|part| part.inputs.values()) {
-        if let Source::Fires(id) = source
-            && drivers(Shown::Fires(*id)) != 1
+        if let Source::Wire(signal) = source
+            && drivers(Shown::Wire(*signal)) != 1
         {
-            return Err(missing(format!("the wire of transition `{}`", net.transitions[*id].name)));
+            return Err(missing(wire(net, *signal)));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a part assumes nothing about the inputs that the net does not assume.
+fn assumes_no_more(net: &Net, part: &PartNet) -> Result<(), Failed> {
+    for property in &part.net.properties {
+        let is_input = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(_)));
+        let never = property.never.map_leaves(&|leaf| match leaf {
+            PropertyLeaf::Net(Leaf::Input(id)) => match part.inputs[*id] {
+                Source::Input(old) => PropertyLeaf::Net(Leaf::Input(old)),
+                Source::Wire(_) => PropertyLeaf::Net(Leaf::Input(InputId::from_index(usize::MAX))),
+            },
+            PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => *leaf,
+        });
+        let is_it = |other: &Property| other.role == PropertyRole::Assume && other.never == never;
+        if property.role == PropertyRole::Assume
+            && !(never.leaves().all(is_input) && net.properties.iter().any(is_it))
+        {
+            let what = format!("an assumption of part `{}`", part.name);
+            let when = "the chart does not assume it".to_owned();
+            return Err(Failed::Apart(Apart { what, when }));
         }
     }
     Ok(())
@@ -227,6 +262,16 @@ impl Fires<'_> {
     fn of(&self, id: TransitionId) -> Lit {
         self.each.get(id.index()).copied().unwrap_or(Lit::FALSE)
     }
+
+    /// The value of a wire in a round.
+    fn shows(&self, signal: Signal) -> Result<Lit, Failed> {
+        match signal {
+            Signal::Fires(id) => Ok(self.of(id)),
+            Signal::Active(_) => Err(Failed::Open(
+                "a wire shows a state, which only the wires of a statechart do".to_owned(),
+            )),
+        }
+    }
 }
 
 impl Proof<'_> {
@@ -256,7 +301,7 @@ impl Proof<'_> {
         *self.model.aig() = std::mem::replace(&mut maker.aig, Aig::new());
         let pairs = done?;
         for pair in pairs {
-            self.show(net, part, pair)?;
+            self.show(part, pair)?;
         }
         Ok(())
     }
@@ -281,8 +326,8 @@ impl Proof<'_> {
         let mut own_inputs = independent(maker, net, part, &given, inputs)?;
         // 3. The reaction, if each wire shows whether its transition fires.
         for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
-            if let Source::Fires(id) = source {
-                *value = Value::Flag(fires.of(*id));
+            if let Source::Wire(signal) = source {
+                *value = Value::Flag(fires.shows(*signal)?);
             }
         }
         // The lists run under what fires in the net, which makes most functions equal by construction; that the part decides the same is shown for each transition.
@@ -304,13 +349,13 @@ impl Proof<'_> {
         Ok(pairs)
     }
 
-    fn show(&mut self, net: &Net, part: &PartNet, pair: Pair) -> Result<(), Failed> {
+    fn show(&mut self, part: &PartNet, pair: Pair) -> Result<(), Failed> {
         self.compared += 1;
         if pair.wanted == pair.given {
             self.same += 1;
             return Ok(());
         }
-        let what = pair.what.describe(net, part);
+        let what = pair.what.describe(part);
         if pair.at_reset {
             // Both are constants after reset.
             return Err(Failed::Apart(Apart { what, when: "after reset".to_owned() }));
@@ -347,7 +392,7 @@ fn independent(
     for source in part.inputs.values() {
         own.values.push(match source {
             Source::Input(id) => inputs.values[id.index()].clone(),
-            Source::Fires(_) => {
+            Source::Wire(_) => {
                 let lit = maker.aig.variable();
                 free.push(lit);
                 Value::Flag(lit)
@@ -356,11 +401,9 @@ fn independent(
     }
     let loose = maker.reaction(given, &own)?;
     for (id, shown) in part.outputs.iter() {
-        let wire = match shown {
+        let what = match shown {
             Shown::Output(_) => continue,
-            Shown::Fires(transition) => {
-                format!("the wire of transition `{}`", net.transitions[*transition].name)
-            }
+            Shown::Wire(signal) => wire(net, *signal),
             Shown::Moves => format!("whether part `{}` moves", part.name),
         };
         let support = maker
@@ -369,7 +412,7 @@ fn independent(
             .ok_or_else(|| "the function of a wire is too large".to_owned())?;
         if support.iter().any(|lit| free.contains(lit)) {
             let when = "it depends on a wire of another part".to_owned();
-            return Err(Failed::Apart(Apart { what: wire, when }));
+            return Err(Failed::Apart(Apart { what, when }));
         }
     }
     Ok(own)
@@ -409,7 +452,7 @@ impl Wanted<'_> {
         for (id, shown) in part.outputs.iter() {
             let wanted = match shown {
                 Shown::Output(old) => self.of.reaction.outputs[old.index()].clone(),
-                Shown::Fires(old) => vec![self.fires.of(*old)],
+                Shown::Wire(signal) => vec![self.fires.shows(*signal)?],
                 Shown::Moves => {
                     let own: Vec<Lit> =
                         self.fires.own.iter().map(|id| self.fires.of(*id)).collect();
@@ -426,7 +469,7 @@ impl Wanted<'_> {
         }
         let old = |call: &Call| match part.outputs[call.output] {
             Shown::Output(output) => Some(Call { output, ..call.clone() }),
-            Shown::Fires(_) | Shown::Moves => None,
+            Shown::Wire(_) | Shown::Moves => None,
         };
         let own: Vec<Call> = maker.called.iter().filter_map(old).collect();
         let is_own =
@@ -459,7 +502,7 @@ enum What {
 }
 
 impl What {
-    fn describe(&self, net: &Net, part: &PartNet) -> String {
+    fn describe(&self, part: &PartNet) -> String {
         let name = &part.name;
         match self {
             What::Output(at) => {
@@ -475,16 +518,9 @@ impl What {
                 let transition = transition.unwrap_or_default();
                 format!("the firing of transition `{transition}` of part `{name}`")
             }
-            What::Bit((Origin::Step(step), _, _)) => {
-                format!("step `{}` of part `{name}`", net.steps[part.steps[*step]].name)
+            What::Bit((origin, _, _)) => {
+                format!("{} of part `{name}`", stored(&part.net, *origin))
             }
-            What::Bit((Origin::Var(var), _, _)) => {
-                format!("variable `{}` of part `{name}`", net.vars[part.vars[*var]].name)
-            }
-            What::Bit((Origin::Elapsed(step) | Origin::LastElapsed(step), _, _)) => {
-                format!("the time of step `{}` of part `{name}`", net.steps[part.steps[*step]].name)
-            }
-            What::Bit((origin, _, _)) => format!("a bit of {origin:?} of part `{name}`"),
         }
     }
 }
@@ -507,7 +543,8 @@ fn seen(
         let lit = old_origin(part, origin)
             .and_then(|(old, inverted)| Some(bits.get(&(old, element, bit))?.negate_if(inverted)));
         lit.unwrap_or_else(|| {
-            missing = Some(format!("a part stores {origin:?}, which the chart does not"));
+            let what = stored(&part.net, origin);
+            missing = Some(format!("part `{}` stores {what}, which the chart does not", part.name));
             Lit::FALSE
         })
     });
@@ -558,7 +595,7 @@ fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
         Origin::ActionTimer(id, timer) => Origin::ActionTimer(part.actions[id], timer),
         Origin::Pending(id) => match part.inputs[id] {
             Source::Input(old) => Origin::Pending(old),
-            Source::Fires(_) => return None,
+            Source::Wire(_) => return None,
         },
         _ => return None,
     };
