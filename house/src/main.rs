@@ -50,9 +50,9 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
     ("code lines of c and backend-c", 29_620),
-    ("code lines of ir", 20_660),
+    ("code lines of ir", 20_690),
     ("code lines of driver", 12_950),
-    ("code lines of all crates", 177_900),
+    ("code lines of all crates", 178_700),
     ("functions above 80 lines", 99),
     ("dependency cycles of files", 0),
     ("lines that list variants", 599),
