@@ -264,7 +264,7 @@ impl Aig {
         }
     }
 
-    /// The nodes below a literal, operands first, including variables.
+    /// The nodes below the literals, operands first, including variables; `None` if there are more than `limit`.
     pub(super) fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
         let mut order = Vec::new();
         // 0: not seen yet, 1: its operands come first, 2: in the order.
