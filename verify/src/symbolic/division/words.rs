@@ -27,7 +27,7 @@ pub(super) fn stored(part: &Net, origin: Origin) -> String {
         Origin::Var(id) => format!("variable `{}`", part.vars[id].name),
         Origin::Edge(id) => {
             let operand = print_expr(part, &part.edges[id].expr);
-            format!("the last value of `{operand}`, of which an edge is used")
+            format!("the last value of `{operand}`, whose edge is used")
         }
         Origin::Timer(id) => timer(id),
         Origin::TimerCondition(id) => format!("the condition of {}", timer(id)),
