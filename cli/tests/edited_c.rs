@@ -114,7 +114,12 @@ fn a_wrong_map_proves_nothing() {
         ("c-map-1", "c-map-9", 1, "format `grafsynth-c-map-9`"),
         ("\"chart\"", "\"chat\"", 1, "unknown field `chat`"),
         ("\"press\"", "\"other\"", 1, "press.map.json: `chart`: the map is of the chart `other`"),
-        ("\"style\"", "\"gate\": false, \"style\"", 1, "`options.gate` is set to its default value"),
+        (
+            "\"style\"",
+            "\"gate\": false, \"style\"",
+            1,
+            "`options.gate` is set to its default value",
+        ),
         ("\"holds\"", "\"element\": 0, \"holds\"", 1, "`instance[0]`: `element`: `"),
         ("\"holds\"", "\"bit\": 0, \"holds\"", 1, "`instance[0]`: `bit`: "),
     ] {

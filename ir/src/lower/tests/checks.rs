@@ -191,7 +191,7 @@ fn a_controlled_action_stores_with_one_duration() {
     assert_eq!(
         findings(vec![vec![output("R"), initial("p", body)]]),
         [
-            "G0218 action `R` stores with two durations, 20 ms and 30 ms",
+            "G0218 the stored qualifiers of action `R` have two durations, 20 ms and 30 ms",
             "G0218 qualifier SL needs a duration",
             "G0218 qualifier S takes no duration"
         ]
