@@ -12,7 +12,7 @@ use grafsynth_ir::chart::{
     ActionHow, ArgumentValue, Chart, Declaration, DeclarationKind, Design, Expr, Item, Length,
     Library, Path, SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
-use grafsynth_ir::net::{Meta, Policy, Qualifier, Schedule};
+use grafsynth_ir::net::{Meta, Qualifier, Schedule};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A chart, or an expansion that has a frame of its own.
@@ -619,7 +619,7 @@ fn is_statechart(items: &[Item]) -> bool {
     items.iter().any(|item| match item {
         Item::State(_) => true,
         Item::Setting(setting) => {
-            matches!(setting.kind, SettingKind::Conflict(Policy::InnerFirst | Policy::OuterFirst))
+            matches!(setting.kind, SettingKind::Conflict(policy) if policy.is_statechart())
         }
         _ => false,
     })
@@ -633,23 +633,12 @@ fn settings(items: &[Item]) -> Vec<Rich> {
     line.into_iter().collect()
 }
 
-/// A conflict policy as in the chart language.
-pub(crate) fn policy(policy: Policy) -> &'static str {
-    match policy {
-        Policy::All => "all",
-        Policy::Priority => "priority",
-        Policy::PriorityAge => "priority-age",
-        Policy::InnerFirst => "inner-first",
-        Policy::OuterFirst => "outer-first",
-    }
-}
-
 /// A setting as in the chart language.
 fn setting(kind: &SettingKind) -> String {
     match kind {
         SettingKind::Tick(ns) => format!("tick {}", duration(*ns)),
         SettingKind::Conflict(policy) => {
-            format!("conflict {}", self::policy(*policy))
+            format!("conflict {}", policy.word())
         }
         SettingKind::EvolutionSingle => "evolution single".to_owned(),
         SettingKind::EvolutionStable(None) => "evolution stable".to_owned(),

@@ -3,7 +3,6 @@
 //! A drawing that is wider than the paper is made smaller. One that is higher is cut between symbols, where only links cross the cut. Each end of such a link
 //! has a mark with the step that the link belongs to and the page of the other end. A part without a place for a cut is made smaller, too.
 
-use crate::content::policy;
 use crate::picture::{Font, Mark, Pen, Picture, Shape};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
@@ -61,7 +60,7 @@ impl TitleBlock {
         let cells = [
             ("chart", net.name.text.clone()),
             ("tick", grafsynth_ir::duration(net.settings.tick_ns)),
-            ("conflict", policy(net.settings.policy).to_owned()),
+            ("conflict", net.settings.policy.word().to_owned()),
             ("evolution", evolution),
             ("source", source.to_owned()),
         ];

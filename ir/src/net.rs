@@ -230,6 +230,18 @@ pub enum Policy {
 }
 
 impl Policy {
+    /// The policy in the chart language, such as `priority-age`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Policy::All => "all",
+            Policy::Priority => "priority",
+            Policy::PriorityAge => "priority-age",
+            Policy::InnerFirst => "inner-first",
+            Policy::OuterFirst => "outer-first",
+        }
+    }
+
     /// True for the two policies of statecharts.
     #[must_use]
     pub fn is_statechart(self) -> bool {

@@ -10,7 +10,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
-    Driver, Evolution, Expr, InputId, InputKind, Net, Policy, PropertyLeaf, PropertyRole, StepKind,
+    Driver, Evolution, Expr, InputId, InputKind, Net, PropertyLeaf, PropertyRole, StepKind,
     TransitionKind,
 };
 use grafsynth_ir::program::{Origin, Program, ResetEffect};
@@ -44,7 +44,7 @@ pub(crate) fn data(
         "name": net.name.text,
         "tick": settings.tick_ns,
         "language": contents.language.tag(),
-        "policy": policy(settings.policy),
+        "policy": settings.policy.word(),
         // The maximum number of micro-steps of a reaction; null for a single one.
         "stable": match settings.evolution {
             Evolution::Single => None,
@@ -189,16 +189,6 @@ fn sources(net: &Net, contents: &Contents<'_>) -> Vec<Value> {
     shown
         .map(|source| json!({ "file": source.file.0, "name": source.name, "text": source.text }))
         .collect()
-}
-
-fn policy(policy: Policy) -> &'static str {
-    match policy {
-        Policy::All => "all",
-        Policy::Priority => "priority",
-        Policy::PriorityAge => "priority-age",
-        Policy::InnerFirst => "inner-first",
-        Policy::OuterFirst => "outer-first",
-    }
 }
 
 /// The bounds of a type; null for a Boolean.

@@ -2,7 +2,7 @@
 
 use super::{Subject, counted, table::Table};
 use grafsynth_ir::facts::Proof;
-use grafsynth_ir::net::{Evolution, Policy};
+use grafsynth_ir::net::Evolution;
 
 pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     let net = subject.net;
@@ -29,13 +29,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         ),
     );
     say("inputs, outputs", format!("{}, {}", net.inputs.len(), net.outputs.len()));
-    let policy = match net.settings.policy {
-        Policy::All => "all",
-        Policy::Priority => "priority",
-        Policy::PriorityAge => "priority-age",
-        Policy::InnerFirst => "inner-first",
-        Policy::OuterFirst => "outer-first",
-    };
+    let policy = net.settings.policy.word();
     let evolution = match net.settings.evolution {
         Evolution::Single => "single".to_owned(),
         Evolution::Stable { limit } => {

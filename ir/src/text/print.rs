@@ -310,13 +310,7 @@ impl Printer<'_> {
 
     fn settings(&mut self) {
         let settings = &self.net.settings;
-        let policy = match settings.policy {
-            Policy::All => "all",
-            Policy::Priority => "priority",
-            Policy::PriorityAge => "priority-age",
-            Policy::InnerFirst => "inner-first",
-            Policy::OuterFirst => "outer-first",
-        };
+        let policy = settings.policy.word();
         let schedule = match settings.schedule {
             Schedule::Declared => "declared",
             Schedule::Level => "level",
