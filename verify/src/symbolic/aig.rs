@@ -1,7 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that equal structures are one node, and an equivalence check.
 
 use std::cell::Cell;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
 use batsat::{Callbacks, ClauseKind, Lit as SatLit, Solver, SolverInterface, SolverOpts, lbool};
@@ -340,6 +340,31 @@ impl Aig {
             };
         }
         words
+    }
+
+    /// The values of all nodes for 64 assignments that satisfy what is assumed: an assignment that does not is replaced by one that does. `None` if none does.
+    pub(super) fn legal_words(
+        &self,
+        pattern: &mut BTreeMap<Lit, u64>,
+        assumed: &[Lit],
+    ) -> Option<Vec<u64>> {
+        let words = |pattern: &BTreeMap<Lit, u64>| {
+            self.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0))
+        };
+        let found = words(pattern);
+        let legal = assumed.iter().fold(!0, |all, lit| all & word_of(&found, *lit));
+        if legal == 0 {
+            return None;
+        }
+        if legal == !0 {
+            return Some(found);
+        }
+        let from = legal.trailing_zeros();
+        for word in pattern.values_mut() {
+            let copy = if *word >> from & 1 == 1 { !0 } else { 0 };
+            *word = *word & legal | copy & !legal;
+        }
+        Some(words(pattern))
     }
 
     /// The functions with other functions substituted for variables.

@@ -123,21 +123,7 @@ impl Attempt<'_> {
         for _ in 0..ROUNDS {
             let mut pattern = self.row(support, &mut random);
             pattern.extend(registers.iter().map(|one| one.variable).zip(state.iter().copied()));
-            let value = |pattern: &Pattern, lit| pattern.get(&lit).copied().unwrap_or(0);
-            let mut words = aig.all_words(|lit| value(&pattern, lit));
-            let legal = assumed.iter().fold(!0, |all, lit| all & word_of(&words, *lit));
-            if legal == 0 {
-                continue;
-            }
-            if legal != !0 {
-                // Runs with an impossible row repeat one with a possible row.
-                let from = legal.trailing_zeros();
-                for word in pattern.values_mut() {
-                    let copy = if *word >> from & 1 == 1 { !0 } else { 0 };
-                    *word = *word & legal | copy & !legal;
-                }
-                words = aig.all_words(|lit| value(&pattern, lit));
-            }
+            let Some(words) = aig.legal_words(&mut pattern, assumed) else { continue };
             // Some runs start again.
             let restart = (0..4).fold(!0, |all, _| all & random.bits());
             for (own, one) in state.iter_mut().zip(registers) {

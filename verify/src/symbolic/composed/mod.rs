@@ -488,20 +488,7 @@ impl<'a> Both<'a> {
                     .filter(|(lit, _)| lit.as_constant().is_none())
                     .map(|(lit, word)| (*lit, *word)),
             );
-            let mut words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
-            let legal = assumed.iter().fold(!0, |all, lit| all & word_of(&words, *lit));
-            if legal == 0 {
-                continue;
-            }
-            if legal != !0 {
-                // Runs with an impossible row repeat one with a possible row.
-                let from = legal.trailing_zeros();
-                for word in pattern.values_mut() {
-                    let copy = if *word >> from & 1 == 1 { !0 } else { 0 };
-                    *word = *word & legal | copy & !legal;
-                }
-                words = aig.all_words(|lit| pattern.get(&lit).copied().unwrap_or(0));
-            }
+            let Some(words) = aig.legal_words(&mut pattern, assumed) else { continue };
             differences(claims, &words)?;
             for (own, lit) in state.iter_mut().zip(moved) {
                 *own = word_of(&words, *lit);

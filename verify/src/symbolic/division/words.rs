@@ -5,7 +5,7 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::program::Origin;
 use grafsynth_ir::text::print_expr;
 
-/// A wire, by what it shows.
+/// The name of a wire: the object whose value it carries.
 pub(super) fn wire(net: &Net, signal: Signal) -> String {
     match signal {
         Signal::Fires(id) => format!("the wire of transition `{}`", net.transitions[id].name),
