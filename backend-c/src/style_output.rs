@@ -6,6 +6,7 @@ use crate::engine::room::Room;
 use crate::range::Range;
 use crate::times::Ticks;
 use crate::{FileKind, Object};
+use grafsynth_ir::Gather;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::instance::{Carried, Holds, Local, Place};
 use grafsynth_ir::net::{Step, StepId, VarId};
@@ -153,7 +154,7 @@ pub(crate) fn without_unused(mut body: Vec<Node>) -> Vec<Node> {
         }
         count_reads(&body, &mut reads);
         let unread: BTreeSet<String> =
-            reads.into_iter().filter(|(_, count)| *count == 0).map(|(name, _)| name).collect();
+            reads.into_iter().filter(|(_, count)| *count == 0).map(|(name, _)| name).gather();
         if unread.is_empty() {
             return body;
         }

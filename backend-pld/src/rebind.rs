@@ -2,6 +2,7 @@
 
 use crate::codes;
 use crate::{Dialect, Emitted, Object};
+use grafsynth_ir::Gather;
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
@@ -23,11 +24,11 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
     };
     let key = |name: &str| if folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
     let find_inputs: BTreeMap<String, _> =
-        read.inputs.iter().map(|(id, input)| (key(&input.name), id)).collect();
+        read.inputs.iter().map(|(id, input)| (key(&input.name), id)).gather();
     let find_flops: BTreeMap<String, FlopId> =
-        read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).collect();
+        read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).gather();
     let find_outputs: BTreeMap<String, _> =
-        read.outputs.iter().map(|(id, output)| (key(&output.name), id)).collect();
+        read.outputs.iter().map(|(id, output)| (key(&output.name), id)).gather();
     let mut missing = |name: &str| {
         let message = format!("`{name}` was written but is missing in the text that was read back");
         findings.push(
@@ -124,7 +125,7 @@ pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
             |named| matches!(&named.object, Object::Output(output) if output.registered.is_some()),
         )
         .map(|named| key(&named.name))
-        .collect();
+        .gather();
     for (id, flop) in read.flops.iter() {
         let is_output = registers_of_outputs.contains(&key(&flop.name)) && !is_read[id];
         if flop_image[id].is_none() && !is_output {

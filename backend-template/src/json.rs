@@ -3,6 +3,7 @@
 //! All numbered objects of the net are in arrays, and references are indices into these arrays. Expressions are trees of objects with an `op`;
 //! operands are in `args`. The members of an object are in alphabetical order, so that the same net gives the same bytes.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr, ExprKind, Type};
@@ -450,7 +451,7 @@ fn cells_of<T>(
     origin: fn(grafsynth_ir::Id<T>) -> Origin,
 ) -> Vec<Option<usize>> {
     let known: BTreeMap<Origin, usize> =
-        program.cells.iter().map(|(id, cell)| (cell.origin, id.index())).collect();
+        program.cells.iter().map(|(id, cell)| (cell.origin, id.index())).gather();
     arena.ids().map(|id| known.get(&origin(id)).copied()).collect()
 }
 

@@ -9,6 +9,7 @@ use crate::foreign::{Foreign, note_expr, note_list};
 use crate::notation::{Notation, Signs, literal, quoted};
 use crate::symbol::Action;
 use crate::text::Rich;
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     ActionHow, Expr, ForceOrder, Leaf, Path, StepItem, StepItemKind, Stmt, StmtKind, statements,
 };
@@ -112,7 +113,7 @@ impl Context<'_> {
     /// A list of statements; its indicator is the only Boolean variable or output that it assigns.
     fn list(&mut self, qualifier: &str, list: &[Stmt]) -> Action {
         note_list(self.foreign, list);
-        let assigned: BTreeSet<&str> = statements(list).filter_map(assigned).collect();
+        let assigned: BTreeSet<&str> = statements(list).filter_map(assigned).gather();
         let mut booleans = assigned.into_iter().filter(|name| self.booleans.contains(*name));
         let indicator = match (booleans.next(), booleans.next()) {
             (Some(only), None) => self.notation.word(only),

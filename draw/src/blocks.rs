@@ -5,6 +5,7 @@
 //! be below each other. Nothing overlaps, in any graph: each placement keeps a distance from the outline of everything placed before.
 
 use crate::order::{Graph, Order};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The distance between nodes side by side.
@@ -173,7 +174,7 @@ impl Parts {
     /// Adds a node below the parts that lead to it, which become one part with everything between them.
     fn join(&mut self, from: &[Key], key: Key, item: Item) {
         let feeding: BTreeSet<usize> =
-            from.iter().filter_map(|key| self.place.get(key).copied()).collect();
+            from.iter().filter_map(|key| self.place.get(key).copied()).gather();
         let (Some(&first), Some(&last)) = (feeding.first(), feeding.last()) else {
             return self.add(key, item);
         };

@@ -5,6 +5,7 @@
 
 use crate::blocks::Columns;
 use crate::order::{Graph, Order};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The distance between tracks.
@@ -264,7 +265,7 @@ impl Routes<'_> {
             .verticals
             .iter()
             .filter(|line| (top(line.top)..=bottom(line.bottom)).contains(&channel));
-        inside.map(|line| line.x).collect()
+        inside.map(|line| line.x).gather()
     }
 
     /// Moves the upper end of a line from above to another column by a horizontal line at the top of the channel, which is the last one there.

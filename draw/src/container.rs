@@ -6,6 +6,7 @@ use crate::routes::{Ends, Part, Plan, Side, crossed};
 use crate::states::{Kind, Tree};
 use crate::tracks::{self, Joint, Wire};
 use crate::vertex::{self, Look};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The distance between tracks.
@@ -436,7 +437,7 @@ impl Builder<'_> {
         let tracks: Vec<Vec<(Wire, i64)>> =
             wires.into_iter().map(|wires| tracks::assign(wires, PITCH)).collect();
         let uppers = self.links.iter().filter(|link| link.ends[0].side == Side::Bottom);
-        let has_links: BTreeSet<usize> = uppers.map(|link| link.ends[0].cell).collect();
+        let has_links: BTreeSet<usize> = uppers.map(|link| link.ends[0].cell).gather();
         let mut inside = Inside::default();
         let mut y = 0;
         let mut bottoms = Vec::new();

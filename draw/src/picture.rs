@@ -1,5 +1,6 @@
 //! A drawing as data: lines, boxes and texts with coordinates in pixels.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 
 /// A drawing.
@@ -252,7 +253,7 @@ impl Picture {
     /// Adds a text with its overlines.
     pub(crate) fn rich(&mut self, (x, y): (i64, i64), rich: &crate::text::Rich, font: Font) {
         let mut at = x;
-        let mut ends = std::collections::BTreeMap::from([(0, x)]);
+        let mut ends: std::collections::BTreeMap<_, _> = [(0, x)].into_iter().gather();
         for (start, run) in rich.runs() {
             at += self.text((at, y), run, font);
             ends.insert(start + run.len(), at);

@@ -3,6 +3,7 @@
 //! A transition between states at different depths is divided at the borders that it crosses. From outside in, each part is given a side of the border.
 
 use crate::states::{Edge, Kind, Tree};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A side of a box.
@@ -77,7 +78,7 @@ fn ends(tree: &Tree, edge: &Edge) -> (usize, Ends) {
     if edge.is_local {
         return (edge.from, Ends::Local(child(&above_to, edge.from).unwrap_or(edge.to)));
     }
-    let around: BTreeSet<usize> = above_to.iter().skip(1).copied().collect();
+    let around: BTreeSet<usize> = above_to.iter().skip(1).copied().gather();
     let container = above_from.iter().skip(1).find(|it| around.contains(it)).copied().unwrap_or(0);
     let end = |above: &[usize], own| child(above, container).unwrap_or(own);
     (container, Ends::Children(end(&above_from, edge.from), end(&above_to, edge.to)))
@@ -145,7 +146,7 @@ fn rows(tree: &Tree, container: usize, parts: &[Part]) -> BTreeMap<usize, usize>
         }
     }
     finished.reverse();
-    let mut rows: BTreeMap<usize, usize> = children.iter().map(|child| (*child, 0)).collect();
+    let mut rows: BTreeMap<usize, usize> = children.iter().map(|child| (*child, 0)).gather();
     let mut above: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (&from, targets) in &next {
         for &to in targets {

@@ -4,6 +4,7 @@
 
 use crate::notation::{Notation, Signs, duration, path, quoted, word};
 use crate::picture::Element;
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     ActionHow, Argument, ArgumentValue, Chart, Expr, ForceOrder, History, Item, Length, Library,
     Path, State, Step, StepItem, StepItemKind, StepRole, Stmt, Transition,
@@ -352,7 +353,7 @@ impl<'a> Reader<'a> {
     /// Makes the children of parallel states regions. One that is the end of a transition, or that has no states, is a box in a region.
     fn regions(&mut self) {
         let ends: BTreeSet<usize> =
-            self.tree.edges.iter().flat_map(|edge| [edge.from, edge.to]).collect();
+            self.tree.edges.iter().flat_map(|edge| [edge.from, edge.to]).gather();
         for vertex in 0..self.tree.vertices.len() {
             let Vertex { parent, kind, is_parallel, .. } = self.tree.vertices[vertex];
             if !self.tree.vertices[parent].is_parallel || !matches!(kind, Kind::State | Kind::Final)

@@ -1,5 +1,6 @@
 //! The horizontal parts of links between two layers: each on a track of its own height, so that no two links share a line.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 /// A link between two layers. Links may end at the same x only from above and from below.
@@ -58,7 +59,7 @@ impl Wire {
 pub(crate) fn assign(mut wires: Vec<Wire>, pitch: i64) -> Vec<(Wire, i64)> {
     wires.sort_by_key(|wire| (wire.rank(), wire.owner));
     let mut columns: BTreeSet<i64> =
-        wires.iter().flat_map(|wire| wire.ups.iter().chain(&wire.downs)).copied().collect();
+        wires.iter().flat_map(|wire| wire.ups.iter().chain(&wire.downs)).copied().gather();
     let mut placed: Vec<(Wire, i64)> = Vec::new();
     while !wires.is_empty() {
         let is_free = |index: &usize| {

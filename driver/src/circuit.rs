@@ -3,6 +3,7 @@
 use crate::codes;
 use grafsynth_backend_pld::vectors::TraceRow;
 use grafsynth_backend_pld::{Dialect, EmitOptions, Emitted, Vectors, synchronise};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
@@ -157,9 +158,7 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
             None => net.board.device.as_ref().map(|name| name.span),
         },
         pins: net.board.pins.iter().map(|(name, pin)| (name.text.clone(), *pin)).collect(),
-        pin_spans: (net.board.pins.iter())
-            .map(|(name, _)| (name.text.clone(), name.span))
-            .collect(),
+        pin_spans: (net.board.pins.iter()).map(|(name, _)| (name.text.clone(), name.span)).gather(),
         vectors,
         notes: transitions.collect(),
         ..EmitOptions::default()

@@ -5,6 +5,7 @@ use crate::codes;
 use crate::coding::EncodedLogic;
 use crate::output_report::Note;
 use grafsynth_backend_pld::EmitOptions;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::joined;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Flop, Logic, PinRole};
@@ -95,7 +96,7 @@ fn timers(coded: &EncodedLogic) -> Option<String> {
             Origin::Elapsed(step) => Some(step),
             _ => None,
         })
-        .collect();
+        .gather();
     (n_flops > 0).then(|| {
         format!(
             "the times of {} share {}",

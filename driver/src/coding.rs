@@ -7,6 +7,7 @@
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
 use grafsynth_backend_pld::{Dialect, EmitOptions, too_small};
+use grafsynth_ir::Gather;
 use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
 use grafsynth_ir::net::{Net, StepId, StepKind};
@@ -174,7 +175,7 @@ fn flops_of(logic: &Logic, step_of: impl Fn(Origin) -> Option<StepId>) -> BTreeM
     held.into_iter()
         .filter(|(_, flops)| flops.len() == 1)
         .map(|(step, all)| (step, all[0]))
-        .collect()
+        .gather()
 }
 
 /// The reachable situations, if all of them are known and there are at most `most`.

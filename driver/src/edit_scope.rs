@@ -7,6 +7,7 @@
 use grafsynth_backend_c::Package;
 use grafsynth_c::tree::{ItemKind, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Checks that an edit is inside the scope of the proof. `texts` are the names and texts of the C file and of the files that it may
@@ -81,7 +82,7 @@ fn renamed(emitted: &Package, edited: &Package) -> BTreeMap<String, String> {
     pairs
         .map(|((old, _), (new, _))| (old.member, new.member))
         .filter(|(old, new)| old != new)
-        .collect()
+        .gather()
 }
 
 /// The lines of a text without comments, blanks at their ends, and empty lines.
@@ -163,7 +164,7 @@ fn same_words(emitted: &str, edited: &str) -> Result<(), String> {
         let all = text.split(|it: char| !(it.is_ascii_alphanumeric() || it == '_'));
         all.filter(|it| PROMISES.contains(it) || it.starts_with("__") || it.starts_with("_P"))
             .map(str::to_owned)
-            .collect()
+            .gather()
     };
     match words(edited).difference(&words(emitted)).next() {
         Some(word) => Err(format!("it uses `{word}`, which the emitted C does not use")),

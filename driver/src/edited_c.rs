@@ -11,6 +11,7 @@ use grafsynth_c::tree::types::{Qualified, Type};
 use grafsynth_c::tree::{ItemKind, StructId, Symbol, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
 use grafsynth_c::{Config, Input, SourceFile, parse};
+use grafsynth_ir::Gather;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, FileId, Valid};
@@ -55,7 +56,7 @@ pub fn included(text: &str) -> BTreeSet<String> {
         let (name, _) = rest.trim_start().strip_prefix('"')?.split_once('"')?;
         Some(name.to_owned())
     };
-    text.lines().filter_map(name).collect()
+    text.lines().filter_map(name).gather()
 }
 
 /// The names of the macros that a text defines under some condition.
@@ -162,7 +163,7 @@ pub fn edited(
 fn beyond(unit: &Unit, main: FileId, package: &Package) -> Vec<String> {
     let prefix = package.prefix();
     let mut covered: BTreeSet<String> =
-        ["_init", "_step", "_stop"].iter().map(|suffix| format!("{prefix}{suffix}")).collect();
+        ["_init", "_step", "_stop"].iter().map(|suffix| format!("{prefix}{suffix}")).gather();
     if let Some(hint) = &package.representation {
         covered.extend(hint.active.iter().map(|(_, name)| name.clone()));
         covered.extend(hint.vars.iter().map(|(_, name)| name.clone()));

@@ -13,6 +13,7 @@
 //! Asserts are counted from 1 in the order of the chart. In each clause, at least one of the bits is 1, or 0 after `!`. Numbers are named bit by bit:
 //! `var:n:0:3` is bit 3 of element 0 of `n`, after the minimum of its range is subtracted. Lines that begin with `#` are comments.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Property, PropertyRole};
 use grafsynth_ir::program::Origin;
@@ -139,7 +140,7 @@ pub struct Section {
 /// The first line that is not part of such a file.
 pub fn read(net: &Valid<Net>, text: &str) -> Result<Vec<Section>, Damaged> {
     let bits: BTreeMap<String, StateBit> =
-        grafsynth_verify::state_bits(net).into_iter().map(|bit| (name(net, bit), bit)).collect();
+        grafsynth_verify::state_bits(net).into_iter().map(|bit| (name(net, bit), bit)).gather();
     let asserts = asserts(net);
     let mut lines = text.lines().zip(1..).filter(|(line, _)| !line.trim_start().starts_with('#'));
     let damaged = |line: usize, why: &str| Damaged { line, why: why.to_owned() };

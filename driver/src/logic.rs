@@ -7,6 +7,7 @@ use grafsynth_backend_pld::codes::{TAKEN_AS, UNSUPPORTED};
 use grafsynth_backend_pld::fuse::{FuseMap, Role};
 use grafsynth_backend_pld::placement::Placement;
 use grafsynth_backend_pld::read::Text;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Severity;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::logic::{FlopBit, Logic, PinRole};
@@ -118,7 +119,7 @@ fn is_odd(c: char) -> bool {
 #[must_use]
 pub fn interface(logic: &mut Logic) -> Net {
     let mut taken: BTreeSet<String> =
-        ["dt", "scan", "steps", "fault"].iter().map(|name| (*name).to_owned()).collect();
+        ["dt", "scan", "steps", "fault"].iter().map(|name| (*name).to_owned()).gather();
     let mut name = |wanted: &str, span: Span| {
         let plain: String = wanted.chars().map(|c| if is_odd(c) { '_' } else { c }).collect();
         let plain = if plain.is_empty() { "_".to_owned() } else { plain };
@@ -157,8 +158,7 @@ pub fn interface(logic: &mut Logic) -> Net {
         });
         output.role = PinRole::Output(column, 0);
     }
-    let shown: BTreeSet<String> =
-        logic.outputs.values().map(|output| output.name.clone()).collect();
+    let shown: BTreeSet<String> = logic.outputs.values().map(|output| output.name.clone()).gather();
     for id in logic.flops.ids() {
         let flop = &mut logic.flops[id];
         flop.holds = None;

@@ -2,6 +2,7 @@
 
 use crate::logic::LogicDesign;
 use grafsynth_backend_pld::Object;
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeMap;
 
@@ -51,8 +52,8 @@ fn names(design: &LogicDesign) -> BTreeMap<u32, String> {
             Object::Flop(flop) => Some((role.pin, flop.name.clone())),
             Object::Clock | Object::Reset | Object::Buried => None,
         });
-        return named.collect();
+        return named.gather();
     }
     let pins = design.placement.iter().flat_map(|placement| &placement.pins);
-    pins.map(|named| (named.pin, named.name.clone())).collect()
+    pins.map(|named| (named.pin, named.name.clone())).gather()
 }

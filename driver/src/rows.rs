@@ -1,5 +1,6 @@
 //! All possible rows of a stimulus of a net, if there are few.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::lower::program::{ProgramOptions, program as reaction};
 use grafsynth_ir::net::{Expr, InputId, InputKind, Leaf, Net, PropertyLeaf};
@@ -49,8 +50,8 @@ pub fn read_pins(net: &Net) -> BTreeSet<InputId> {
         PropertyLeaf::Net(leaf) => leaf.input(),
         PropertyLeaf::Output(_) => None,
     });
-    let all: BTreeSet<InputId> = of_net.chain(of_properties).collect();
-    all.into_iter().filter(|input| net.inputs[*input].kind == InputKind::Pin).collect()
+    let all: BTreeSet<InputId> = of_net.chain(of_properties).gather();
+    all.into_iter().filter(|input| net.inputs[*input].kind == InputKind::Pin).gather()
 }
 
 /// True if the behaviour of the net can depend on `dt`: its reaction measures time.

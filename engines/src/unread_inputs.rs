@@ -9,6 +9,7 @@ use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{Callee, Expr, ExprKind, ItemKind, Place, PlaceKind, StructId, SymbolId};
 use grafsynth_c::walk::{Full, Node, each_full, each_item, expr_parts, init_values, place_parts};
 use grafsynth_c::{Config, Input, parse};
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::Net;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -38,7 +39,7 @@ fn unread(package: &Package) -> Option<BTreeSet<String>> {
             found.insert(*symbol, Reads::default());
         }
     });
-    let defined: BTreeSet<SymbolId> = found.keys().copied().collect();
+    let defined: BTreeSet<SymbolId> = found.keys().copied().gather();
     each_full(&unit, &mut |function, full| {
         // Constant tables read nothing.
         let Some(reads) = function.and_then(|function| found.get_mut(&function)) else { return };
@@ -68,7 +69,7 @@ fn unread(package: &Package) -> Option<BTreeSet<String>> {
         }
     }
     let all = unit.structs[inputs].members.iter().enumerate();
-    Some(all.filter(|(at, _)| !members.contains(at)).map(|(_, it)| it.name.clone()).collect())
+    Some(all.filter(|(at, _)| !members.contains(at)).map(|(_, it)| it.name.clone()).gather())
 }
 
 /// The members of the structure that one function reads.

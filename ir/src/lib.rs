@@ -19,6 +19,7 @@ pub mod diag;
 pub mod division;
 pub mod expr;
 pub mod facts;
+pub mod gather;
 pub mod instance;
 pub mod interval;
 pub mod logic;
@@ -40,5 +41,6 @@ pub mod walk;
 
 pub use arena::{Arena, Id, IdMap};
 pub use diag::{Code, Diagnostic, Severity, counted, duration};
+pub use gather::Gather;
 pub use span::{FileId, Name, Span};
 pub use validate::{Valid, validate};

@@ -14,6 +14,7 @@
 //!                     p -> q when not s.held and x > 3       other steps whose tasks touch x:  locks (s.held)
 //! ```
 
+use crate::Gather;
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::net::{
     Block, Enter, Expr, Leaf, Net, Sharing, StepId, StepKind, Stmt, StmtKind, TransitionId, Var,
@@ -101,7 +102,7 @@ impl Accesses {
 #[must_use]
 pub fn changed_steps(net: &Net, transition: TransitionId) -> (Vec<StepId>, Vec<StepId>) {
     let transition = &net.transitions[transition];
-    let mut left: BTreeSet<StepId> = transition.clears.iter().copied().collect();
+    let mut left: BTreeSet<StepId> = transition.clears.iter().copied().gather();
     let mut entered: BTreeSet<StepId> = BTreeSet::new();
     let mut todo: Vec<Enter> = transition.enters.clone();
     let mut histories = BTreeSet::new();
@@ -153,7 +154,7 @@ impl Fresh {
         let signals = signals.chain(net.outputs.values().map(|it| &it.name));
         let signals = signals.chain(net.vars.values().map(|it| &it.name));
         let signals = signals.chain(net.timers.values().map(|it| &it.name));
-        let mut taken: BTreeSet<String> = signals.map(|it| it.text.clone()).collect();
+        let mut taken: BTreeSet<String> = signals.map(|it| it.text.clone()).gather();
         // `s.active`, `s.t`, `s.T` and `s.done` of a step have names of this form.
         for step in net.steps.values() {
             taken.extend(["active", "t", "T", "done"].map(|of| format!("{}.{of}", step.name)));

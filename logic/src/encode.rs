@@ -26,6 +26,7 @@ mod substitute;
 use crate::build::Builder;
 use crate::codes;
 use crate::word::{self, Word};
+use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::{Diagnostic, any_error};
@@ -411,7 +412,7 @@ impl<'a> Encoder<'a> {
             .filter_map(|(cell, data)| {
                 if let Origin::Step(step) = data.origin { Some((step, cell)) } else { None }
             })
-            .collect();
+            .gather();
         // Validation guarantees that the condition reads nothing else.
         let leaf = |leaf: &net::Leaf| {
             if let net::Leaf::Input(input) = leaf {

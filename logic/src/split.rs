@@ -17,6 +17,7 @@
 
 use crate::build::{Builder, for_each_operand, map_operands, needed};
 use crate::node_bdds::Var;
+use grafsynth_ir::Gather;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinInput, PinInputId, PinRole};
 use grafsynth_ir::net::Meta;
@@ -133,7 +134,7 @@ pub fn split(logic: &Logic, wide: &[Wide], width: usize) -> Split {
             .wires
             .iter()
             .map(|wire| (wire.node, (wire.name.clone(), wire.meta.clone())))
-            .collect(),
+            .gather(),
         owners: owners(logic, wide),
         wide,
         at: None,

@@ -16,6 +16,7 @@
 
 mod search;
 
+use grafsynth_ir::Gather;
 pub use search::Room;
 
 use crate::bdd::{Bdd, Ref};
@@ -405,7 +406,7 @@ pub fn flatten(
     builder.logic.name = logic.name.clone();
     builder.logic.inputs = logic.inputs.clone();
     let nothing = builder.constant(false);
-    let coded: BTreeSet<FlopId> = steps.iter().copied().collect();
+    let coded: BTreeSet<FlopId> = steps.iter().copied().gather();
     let starts = |situation: &Vec<bool>| {
         steps.iter().zip(situation).all(|(&step, &is_active)| logic.flops[step].init == is_active)
     };

@@ -6,6 +6,7 @@ use crate::key;
 use crate::program::ProgramWriter;
 use crate::reference::Reference;
 use crate::waits::{DEEPEST, Waits};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
@@ -161,7 +162,7 @@ fn assumptions(net: &Net, waits: &Waits<'_>, writer: &ProgramWriter<'_>) -> Vec<
 fn queues(net: &Net, waits: &Waits<'_>) -> Value {
     let name = |event: InputId| net.inputs[event].name.text.as_str();
     let listened: BTreeSet<InputId> =
-        net.transitions.values().flat_map(|one| one.events.iter().copied()).collect();
+        net.transitions.values().flat_map(|one| one.events.iter().copied()).gather();
     let queue = |items, length| Some([waits.cell(items)?, waits.cell(length)?]);
     let pending = net.inputs.ids().filter_map(|event| {
         waits.cell(Origin::Pending(event)).map(|cell| json!([name(event), cell]))
@@ -184,7 +185,7 @@ fn queues(net: &Net, waits: &Waits<'_>) -> Value {
 fn sources(net: &Net, contents: &Contents<'_>) -> Vec<Value> {
     let steps = net.steps.values().map(|step| step.meta.span.file);
     let transitions = net.transitions.values().map(|transition| transition.meta.span.file);
-    let used: BTreeSet<FileId> = steps.chain(transitions).collect();
+    let used: BTreeSet<FileId> = steps.chain(transitions).gather();
     let shown = contents.sources.iter().filter(|source| used.contains(&source.file));
     shown
         .map(|source| json!({ "file": source.file.0, "name": source.name, "text": source.text }))

@@ -1,6 +1,7 @@
 //! What each transition waits for: the factors of its receptivity, as they will be in the next check, and the timers that run.
 
 use crate::program::ProgramWriter;
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{self, EdgeId, InputKind, Net, Transition};
@@ -39,7 +40,7 @@ impl<'a> Waits<'a> {
                 }
             }
         }
-        let cells = program.cells.iter().map(|(id, cell)| (cell.origin, id)).collect();
+        let cells = program.cells.iter().map(|(id, cell)| (cell.origin, id)).gather();
         Waits { net, writer, cells, constants }
     }
 
@@ -69,7 +70,7 @@ impl<'a> Waits<'a> {
     /// A condition as text, with the operands of its edges in place of their numbers (`%0`).
     fn text(&self, expr: &net::Expr) -> String {
         let mut text = print_expr(self.net, expr);
-        let edges: BTreeSet<EdgeId> = expr.leaves().filter_map(net::Leaf::edge).collect();
+        let edges: BTreeSet<EdgeId> = expr.leaves().filter_map(net::Leaf::edge).gather();
         // From the last one down: `%1` also begins `%10`.
         for edge in edges.into_iter().rev() {
             let operand = print_expr(self.net, &self.net.edges[edge].expr);
@@ -101,7 +102,10 @@ impl<'a> Waits<'a> {
                 Origin::ActionTimer(action, part) => {
                     let held = if part == ActionPart::DS { ActionPart::DSHeld } else { part };
                     let duration = i64::from(self.net.actions[action].duration);
-                    (self.origin(Origin::ActionLatch(action, held)), BTreeSet::from([duration]))
+                    (
+                        self.origin(Origin::ActionLatch(action, held)),
+                        [duration].into_iter().gather(),
+                    )
                 }
                 Origin::SendTimer(_) => {
                     let runs = Expr::compare(CompareOp::Gt, cell_expr(*cell), Expr::int(0));

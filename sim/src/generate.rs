@@ -1,5 +1,6 @@
 //! Random stimuli that exercise charts.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::net::Net;
@@ -57,7 +58,7 @@ impl<'n> Generator<'n> {
             .flat_map(|cap| [cap - 2, cap - 1, cap])
             .filter_map(|ticks| u32::try_from(ticks).ok())
             .filter(|ticks| (1..=max_dt).contains(ticks))
-            .collect();
+            .gather();
         Generator {
             rows: Rows::new(net, seed),
             max_dt,

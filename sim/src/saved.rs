@@ -1,5 +1,6 @@
 //! A state as text, by name, so that a changed net can restore the parts that it still has.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
@@ -69,8 +70,8 @@ pub(crate) fn save(net: &Net, tables: &Tables, state: &State, row: &Row) -> Stri
             .steps
             .iter()
             .map(|(id, step)| (step.name.text.clone(), state.situation.contains(id)))
-            .collect(),
-        cells: keys(net, tables).map(|(place, key)| (key, state.cells[place])).collect(),
+            .gather(),
+        cells: keys(net, tables).map(|(place, key)| (key, state.cells[place])).gather(),
         ages: tables
             .layout
             .ages
@@ -84,7 +85,7 @@ pub(crate) fn save(net: &Net, tables: &Tables, state: &State, row: &Row) -> Stri
             .collect(),
         internal: event_names(&state.internal),
         external: event_names(&state.external),
-        outputs: shown(net).map(|(id, name)| (name.to_owned(), row.outputs[id.index()])).collect(),
+        outputs: shown(net).map(|(id, name)| (name.to_owned(), row.outputs[id.index()])).gather(),
     };
     // The value contains only strings and numbers, so writing cannot fail.
     serde_json::to_string_pretty(&saved).unwrap_or_default() + "\n"
@@ -120,7 +121,7 @@ pub(crate) fn restore(
     }
     restored.lost.extend(steps.into_keys().map(|name| format!("step {name}")));
     // Equal edge operands share a key, and always have equal values.
-    let mut unused: BTreeSet<&String> = saved.cells.keys().collect();
+    let mut unused: BTreeSet<&String> = saved.cells.keys().gather();
     for (place, key) in keys(net, tables) {
         match saved.cells.get(&key).copied() {
             Some(value) => {

@@ -1,5 +1,6 @@
 //! Stimuli: the inputs of the environment, row by row (semantics §11).
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
@@ -261,14 +262,14 @@ impl Reader<'_> {
     fn header(&mut self, start: usize, line: &str) {
         let net = self.net;
         let inputs: BTreeMap<&str, InputId> =
-            net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).collect();
+            net.inputs.iter().map(|(id, input)| (input.name.text.as_str(), id)).gather();
         let layout = TraceLayout::of(net);
         let computed: BTreeSet<&str> = layout
             .columns
             .iter()
             .filter(|column| !column.kind.is_given())
             .map(|column| column.name.as_str())
-            .collect();
+            .gather();
         let given = net.inputs.values().filter(|input| has_column(input.kind));
         let full: Vec<&str> = given
             .map(|input| input.name.text.as_str())

@@ -1,5 +1,6 @@
 //! Precomputed tables for the reaction: lists by step, so that its cost depends only on the active steps.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{
     Driver, ForcingOrder, InputId, InputKind, Leaf, Net, OutputId, PartId, StepId, StepKind,
@@ -281,6 +282,6 @@ pub(crate) fn extern_conditions(
 
 fn counts(net: &Net) -> Vec<bool> {
     let hidden: BTreeSet<&str> =
-        net.steps.values().filter(|step| step.hidden).map(|step| step.name.text.as_str()).collect();
+        net.steps.values().filter(|step| step.hidden).map(|step| step.name.text.as_str()).gather();
     net.vars.values().map(|var| hidden.contains(var.name.text.as_str())).collect()
 }

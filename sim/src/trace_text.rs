@@ -4,6 +4,7 @@
     reason = "a column is text, a number or one of few special kinds"
 )]
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io;
@@ -181,7 +182,7 @@ impl Trace {
             ]);
         };
         check_header(layout, file, start, header)?;
-        let steps: BTreeMap<&str, u32> = layout.step_names().zip(0..).collect();
+        let steps: BTreeMap<&str, u32> = layout.step_names().zip(0..).gather();
         let mut trace = Trace::new(layout.clone());
         let mut errors = Vec::new();
         for (start, line) in lines {

@@ -5,6 +5,7 @@
 //! unless it is a bit of a code; one that depends on an input is no such bit. The number never falls when another group is placed, on the chip or elsewhere, so
 //! if some decisions exceed a chip, every placement that contains them exceeds it.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::division::Signal;
@@ -58,7 +59,7 @@ impl<'a> Cells<'a> {
         let mut read: BTreeSet<VarId> = conditions
             .flat_map(|expr| expr.leaves())
             .filter_map(|leaf| if let Leaf::Var(var) = leaf { Some(*var) } else { None })
-            .collect();
+            .gather();
         read.extend(net.outputs.values().filter_map(|output| match output.driver {
             Driver::Stored(var) => Some(var),
             _ => None,

@@ -8,6 +8,7 @@
 //! A copy has no lists and no tasks, so each list runs on one part only. The steps after a transition are copied only if the part reads them: a transition into a
 //! step of another part is a sink transition in this part, and a source transition in the other.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::{Arena, IdMap};
@@ -65,7 +66,7 @@ pub fn divide(
     let contents: Vec<Contents> =
         (0..names.len()).map(|part| Contents::of(net, &owners, part)).collect();
     let shown: BTreeSet<TransitionId> =
-        contents.iter().flat_map(|one| one.images.iter().copied()).collect();
+        contents.iter().flat_map(|one| one.images.iter().copied()).gather();
     let mut used = used_names(net);
     let wires = wire_names(net, &shown, &mut used);
     let mut parts = Vec::new();
@@ -92,7 +93,7 @@ fn wire_names(
 ) -> BTreeMap<TransitionId, String> {
     let name =
         |id: TransitionId| format!("fires_{}", net.transitions[id].name.text.replace('.', "_"));
-    shown.iter().map(|id| (*id, unused(name(*id), used))).collect()
+    shown.iter().map(|id| (*id, unused(name(*id), used))).gather()
 }
 
 /// The owner of an object; the owner of an event is the part that raises it.
@@ -260,7 +261,7 @@ impl<'n> Copier<'n> {
                     .ids()
                     .filter(|id| own(owners.transitions[*id]) || contents.images.contains(id)),
             ),
-            wires: wired.map(|(at, id)| (*id, Id::from_index(inputs.len() + at))).collect(),
+            wires: wired.map(|(at, id)| (*id, Id::from_index(inputs.len() + at))).gather(),
             inputs,
             vars: numbered(net.vars.ids().filter(|id| own(owners.vars[*id]))),
             timers: numbered(contents.timers.iter().copied()),
@@ -290,7 +291,7 @@ impl<'n> Copier<'n> {
         part.vars = self.new.vars.keys().map(|id| net.vars[*id].clone()).collect();
         part.sharing = (net.sharing.iter())
             .filter_map(|(var, sharing)| Some((*self.new.vars.get(var)?, *sharing)))
-            .collect();
+            .gather();
         part.steps = self.new.steps.keys().map(|id| self.step(*id)).collect();
         part.transitions = self.new.transitions.keys().map(|id| self.transition(*id)).collect();
         for id in self.new.timers.keys() {

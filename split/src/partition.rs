@@ -5,6 +5,7 @@
 //! outputs that depend on it. The pins for wires and inputs are counted exactly. Cycles are estimates: a few for each operator. Macrocells are counted in two ways ([`Count`]): an estimate finds a partition that probably fits, and a
 //! lower bound shows that no better one exists. The fitter decides whether a part fits its chip.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
@@ -324,7 +325,7 @@ pub(crate) fn known(net: &Net, groups: &Groups) -> Vec<Known> {
     let of = |signal: Signal, item: Item, steps: Vec<StepId>| {
         let driver = *groups.of.get(&item)?;
         let steps = steps.into_iter().filter_map(|step| readers.get(&step));
-        let all: BTreeSet<usize> = steps.flatten().copied().collect();
+        let all: BTreeSet<usize> = steps.flatten().copied().gather();
         let readers: Vec<usize> = all.into_iter().filter(|group| *group != driver).collect();
         (!readers.is_empty()).then_some(Known { signal, driver, readers })
     };

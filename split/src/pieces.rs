@@ -1,5 +1,6 @@
 //! Helpers for the nets of parts: names, new ids, wires and assumptions.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::division::{PartIndex, PartNet, Shown, Signal, Source, Wire};
@@ -34,7 +35,7 @@ pub(crate) fn used_names(net: &Net) -> BTreeSet<String> {
     let outputs = net.outputs.values().map(|it| it.name.text.as_str());
     let steps = net.steps.values().map(|it| it.name.text.as_str());
     let vars = net.vars.values().map(|it| it.name.text.as_str());
-    inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).collect()
+    inputs.chain(outputs).chain(steps).chain(vars).map(str::to_owned).gather()
 }
 
 /// The name, made different from those that are used.
@@ -47,7 +48,7 @@ pub(crate) fn unused(mut name: String, used: &mut BTreeSet<String>) -> String {
 
 /// Numbers ids from 0 in their order.
 pub(crate) fn numbered<T>(ids: impl IntoIterator<Item = Id<T>>) -> Ids<T> {
-    ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).collect()
+    ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).gather()
 }
 
 /// The input of a part that reads a wire. It changes only between two rounds.

@@ -8,6 +8,7 @@
 //!                             chip:  initial step always { R if active_s and a }
 //! ```
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
@@ -40,12 +41,11 @@ pub(crate) fn divide(
         return Err(vec![Diagnostic::error(codes::APART, message).at(net.name.span, "")]);
     }
     let reads: Vec<Reads> = (0..cpu).map(|part| Reads::of(net, &owners, part)).collect();
-    let states: BTreeSet<StepId> =
-        reads.iter().flat_map(|one| one.states.iter().copied()).collect();
+    let states: BTreeSet<StepId> = reads.iter().flat_map(|one| one.states.iter().copied()).gather();
     let mut used = used_names(net);
     let name = |id: StepId| format!("active_{}", net.steps[id].name.text.replace('.', "_"));
     let wires: BTreeMap<StepId, String> =
-        states.into_iter().map(|id| (id, unused(name(id), &mut used))).collect();
+        states.into_iter().map(|id| (id, unused(name(id), &mut used))).gather();
     let always = unused("always".to_owned(), &mut used);
     let mut parts = Vec::new();
     for (part, (name, reads)) in names.iter().zip(&reads).enumerate() {
@@ -146,7 +146,7 @@ fn chip(
 ) -> Result<PartNet, Vec<Diagnostic>> {
     let inputs = numbered(reads.inputs.iter().copied());
     let of_wire = |(at, id): (usize, &StepId)| (*id, InputId::from_index(inputs.len() + at));
-    let of_wire: BTreeMap<StepId, InputId> = reads.states.iter().enumerate().map(of_wire).collect();
+    let of_wire: BTreeMap<StepId, InputId> = reads.states.iter().enumerate().map(of_wire).gather();
     let (mut part, always) = stateless(net, name, always);
     for id in inputs.keys() {
         // The CPU latches all inputs and holds them during the round.

@@ -4,6 +4,7 @@
 //! only one may fire. A part can have copies of steps and timers, because a step changes only when a transition fires, and that is what wires show. It cannot have
 //! a copy of a variable. So steps and timers bond nothing; variables, latches and conflicts do.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
@@ -117,7 +118,7 @@ impl Groups {
     #[must_use]
     pub fn chain(&self, from: Item, to: Item) -> Vec<&Bond> {
         let mut before: BTreeMap<Item, &Bond> = BTreeMap::new();
-        let mut seen = BTreeSet::from([from]);
+        let mut seen: BTreeSet<_> = [from].into_iter().gather();
         let mut layer = vec![from];
         while !layer.is_empty() && !seen.contains(&to) {
             let mut next = Vec::new();
@@ -363,7 +364,7 @@ impl Finder<'_> {
             StmtKind::Raise(event) => Some(event),
             _ => None,
         });
-        raised.collect()
+        raised.gather()
     }
 
     /// Records that the item reads the step: a copy is enough, unless wires cannot show how the step changes.
@@ -472,7 +473,7 @@ impl Finder<'_> {
     fn hierarchy(&mut self) {
         let net = self.net;
         let steps = self.hierarchy.clone();
-        let parts: BTreeSet<_> = steps.iter().map(|step| net.steps[*step].part).collect();
+        let parts: BTreeSet<_> = steps.iter().map(|step| net.steps[*step].part).gather();
         let all: Vec<StepId> = steps.iter().copied().collect();
         for pair in all.windows(2) {
             self.bond(Item::Step(pair[0]), Item::Step(pair[1]), Why::Hierarchy);
@@ -501,7 +502,7 @@ impl Finder<'_> {
             .chain(raised.into_iter().map(Item::Event))
             .collect();
         let place: BTreeMap<Item, usize> =
-            items.iter().enumerate().map(|(at, item)| (*item, at)).collect();
+            items.iter().enumerate().map(|(at, item)| (*item, at)).gather();
         let mut root: Vec<usize> = (0..items.len()).collect();
         for bond in &self.bonds {
             let (Some(one), Some(other)) = (place.get(&bond.one), place.get(&bond.other)) else {

@@ -4,6 +4,7 @@
 
 use crate::limits::Limits;
 use crate::verdict::{Open, OpenReason};
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::{FlopId, Logic, PinInputId, PinOutputId};
 use grafsynth_logic::bdd::{Bdd, Full};
 use grafsynth_logic::node_bdds::{Functions, Var};
@@ -163,12 +164,12 @@ fn enumerate(left: &Logic, right: &Logic, pairs: &Pairs, limits: &Limits) -> Equ
 /// Compares by induction: the flip-flops of each pair must have equal initial values and equal functions of corresponding signals. Outputs with equal functions
 /// are then always equal.
 fn by_functions(left: &Logic, right: &Logic, pairs: &Pairs) -> Result<usize, String> {
-    let twins: BTreeMap<FlopId, FlopId> = pairs.flops.iter().map(|(a, b)| (*b, *a)).collect();
+    let twins: BTreeMap<FlopId, FlopId> = pairs.flops.iter().map(|(a, b)| (*b, *a)).gather();
     if pairs.flops.len() < left.flops.len() || twins.len() < right.flops.len() {
         return Err("their flip-flops have different names".to_owned());
     }
     let inputs: BTreeMap<PinInputId, PinInputId> =
-        pairs.inputs.iter().filter_map(|(a, b)| Some(((*b)?, (*a)?))).collect();
+        pairs.inputs.iter().filter_map(|(a, b)| Some(((*b)?, (*a)?))).gather();
     if let Some((a, _)) =
         pairs.flops.iter().find(|(a, b)| left.flops[*a].init != right.flops[*b].init)
     {

@@ -23,6 +23,7 @@
 //! Nested forks, joins and choices reduce completely. In the rest, a search with a bounded amount of backtracking looks for the sets. Every returned
 //! component satisfies the conditions above by construction. The branches that were set aside also give invariants that reach through forks and joins.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use grafsynth_ir::arena::IdMap;
@@ -81,7 +82,7 @@ fn finish(net: &Net, mut found: Found, more: Vec<Vec<StepId>>) -> Cover {
         }
         components.push(Component { steps, always, by: Proof::Structural });
     }
-    let mut seen: BTreeSet<Vec<StepId>> = invariants.iter().map(|it| it.steps.clone()).collect();
+    let mut seen: BTreeSet<Vec<StepId>> = invariants.iter().map(|it| it.steps.clone()).gather();
     let fresh = more.into_iter().filter(|steps| seen.insert(steps.clone()));
     let further = fresh.map(|steps| Invariant { steps, count: 1, by: Proof::Structural });
     let further = further.collect();
@@ -125,7 +126,7 @@ fn regions(net: &Net) -> Found {
     }
     // A region of a parallel state is active together with others, so it is a separate component: active exactly while its parent is.
     let covered: BTreeSet<StepId> =
-        found.iter().flat_map(|(steps, _)| steps.iter().copied()).collect();
+        found.iter().flat_map(|(steps, _)| steps.iter().copied()).gather();
     for id in net.steps.ids().filter(|id| !covered.contains(id)) {
         found.push((vec![id], always_active[id]));
     }
@@ -216,7 +217,7 @@ impl<'a> Reduction<'a> {
             let named: Option<BTreeSet<StepId>> = match &forcing.order {
                 ForcingOrder::Hold => None,
                 ForcingOrder::Situation(steps) => {
-                    Some(closure(net, steps.iter().copied()).into_iter().collect())
+                    Some(closure(net, steps.iter().copied()).into_iter().gather())
                 }
             };
             for (id, _) in net.steps.iter().filter(|(_, step)| is_target[step.part.index()]) {
@@ -245,7 +246,7 @@ impl<'a> Reduction<'a> {
             twin: vec![None; places.len()],
             branches: BTreeMap::new(),
             queue: (0..moves.len() as u32).collect(),
-            dirty: (0..n_places).collect(),
+            dirty: (0..n_places).gather(),
             places,
             moves,
         }
@@ -494,7 +495,7 @@ impl<'a> Reduction<'a> {
             let stays = self.twin[place as usize]?;
             Some((place, (self.find(stays), branch)))
         });
-        let branches = branches.collect();
+        let branches = branches.gather();
         (found, derived(self.net, shared, &always_one, &branches))
     }
 
@@ -545,7 +546,7 @@ impl<'a> Reduction<'a> {
     /// whether a token may be lost.
     fn grow(&self, start: u32, is_taken: &[bool], turns: &mut usize) -> Option<(Vec<u32>, bool)> {
         let mut set: Vec<u32> = vec![start];
-        let mut inside: BTreeSet<u32> = BTreeSet::from([start]);
+        let mut inside: BTreeSet<u32> = [start].into_iter().gather();
         // For each decision: the size of the set before it, and the remaining alternatives.
         let mut decisions: Vec<(usize, usize, Vec<u32>)> = Vec::new();
         let mut n_turns = 0;

@@ -1,5 +1,6 @@
 //! All facts about a net, for reports and back ends.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::Valid;
@@ -62,11 +63,11 @@ pub(crate) fn facts_of(
 
 /// True if runs show every step and every transition that the structure does not exclude.
 fn is_all_else_seen(net: &Valid<Net>, limits: &Limits, watch: &Watch<'_>, facts: &Facts) -> bool {
-    let mut unseen: BTreeSet<TransitionId> = net.transitions.ids().collect();
+    let mut unseen: BTreeSet<TransitionId> = net.transitions.ids().gather();
     facts.dead_transitions.iter().for_each(|dead| {
         unseen.remove(dead);
     });
-    let mut untouched: BTreeSet<StepId> = net.steps.ids().collect();
+    let mut untouched: BTreeSet<StepId> = net.steps.ids().gather();
     facts.unreachable_steps.iter().for_each(|step| {
         untouched.remove(step);
     });

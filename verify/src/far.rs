@@ -4,6 +4,7 @@
 //! values up to a target, and then the target is reachable. Everything that is continued from such a state exists; nothing is concluded from a loop that was not
 //! found.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::Valid;
@@ -96,7 +97,7 @@ impl Far {
                 let times = target.checked_sub(first)? / stride;
                 (times >= MANY).then(|| first + times * stride)
             })
-            .collect();
+            .gather();
         for last in lasts {
             let repeat = Repeat { way, cycle, var, stride, first, last };
             if symbolic::repeats(net, limits, &repeat) == Some(true) {
@@ -164,7 +165,7 @@ fn targets(net: &Net) -> BTreeSet<i64> {
     let mut all = BTreeSet::new();
     net.expressions().for_each(|expr| constants(expr, &mut all));
     // The largest ones are the farthest.
-    all.into_iter().rev().take(TARGETS).collect()
+    all.into_iter().rev().take(TARGETS).gather()
 }
 
 /// Sequences of one or two rows after which only one of the variables has changed, with the change.

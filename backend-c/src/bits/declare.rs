@@ -7,6 +7,7 @@ use crate::c::print::Node;
 use crate::cexpr::{constant, storage};
 use crate::range::Range;
 use crate::style_output::Member;
+use grafsynth_ir::Gather;
 use grafsynth_ir::instance::{Holds, Local, Place};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempId, TempRole};
@@ -66,7 +67,7 @@ impl Emit<'_> {
     /// Steps that are stored as single bits of the instance.
     pub(crate) fn one_bit(&self) -> BTreeSet<StepId> {
         let here = self.step_cells.iter().filter(|(_, cell)| !self.elsewhere.contains_key(cell));
-        here.map(|(step, _)| *step).collect()
+        here.map(|(step, _)| *step).gather()
     }
 
     pub(crate) fn instance(&self, fault: bool) -> Vec<Member> {

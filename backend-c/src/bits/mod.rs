@@ -19,6 +19,7 @@ use crate::style_output::{StyleOutput, mentions, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use declare::{objects_of, objects_of_role};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind};
 use grafsynth_ir::facts::Facts;
@@ -174,7 +175,7 @@ impl<'a> Emit<'a> {
         let in_edges: BTreeSet<InputId> = (net.edges.values())
             .flat_map(|edge| edge.expr.leaves())
             .filter_map(NetLeaf::input)
-            .collect();
+            .gather();
         for input in used {
             if net.inputs[input].kind == InputKind::Extern {
                 let set = if in_edges.contains(&input) { &mut self.eager } else { &mut self.lazy };
@@ -524,7 +525,7 @@ impl<'a> Emit<'a> {
             return Vec::new();
         }
         let mentioned: BTreeSet<InputId> =
-            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).collect();
+            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).gather();
         let mut nodes = Vec::new();
         for input in mentioned.into_iter().filter(|input| self.lazy.contains(input)) {
             let name = &self.names.inputs[input];

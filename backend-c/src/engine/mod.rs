@@ -29,6 +29,7 @@ use crate::refusal::Refusal;
 use crate::style_output::{Member, StyleOutput};
 use crate::times::Ticks;
 use crate::{Object, Options};
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
     Schedule, StepId, StepKind, Transition, TransitionId, TransitionKind,
@@ -170,7 +171,7 @@ impl<'a> Plan<'a> {
             })
         });
         let listened: BTreeSet<InputId> =
-            net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
+            net.transitions.values().flat_map(|it| it.events.iter().copied()).gather();
         let mut timers = BTreeMap::new();
         let caps = Needs::of(net, false).elapsed;
         let read = caps.iter().filter_map(|(step, cap)| cap.map(|cap| (step, cap)));
@@ -331,7 +332,7 @@ impl<'a> Plan<'a> {
         let net = self.net;
         let is_chart = matches!(kind, ImageKind::InnerFirst | ImageKind::OuterFirst);
         let place: BTreeMap<TransitionId, usize> =
-            order.iter().enumerate().map(|(at, id)| (*id, at)).collect();
+            order.iter().enumerate().map(|(at, id)| (*id, at)).gather();
         let outside = net
             .inputs
             .iter()
@@ -620,7 +621,7 @@ fn emit(
         .vars
         .iter()
         .map(|(id, var)| (id, as_type(var.ty, &format!("self->values[{}]", id.index()))))
-        .collect();
+        .gather();
     StyleOutput {
         style: "engine",
         instance,

@@ -20,6 +20,7 @@ use crate::refusal::{Failure, Refusal};
 use crate::style_output::{StyleOutput, mentions};
 use crate::times::Ticks;
 use crate::{Object, Options, bits};
+use grafsynth_ir::Gather;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
@@ -100,11 +101,11 @@ pub(crate) fn program(
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
 fn conditions(net: &Net, program: &Program) -> (BTreeSet<InputId>, BTreeSet<InputId>) {
     let used: BTreeSet<InputId> =
-        expressions(&program.body).flat_map(Expr::leaves).filter_map(Leaf::input).collect();
+        expressions(&program.body).flat_map(Expr::leaves).filter_map(Leaf::input).gather();
     let in_edges: BTreeSet<InputId> = (net.edges.values())
         .flat_map(|edge| edge.expr.leaves())
         .filter_map(NetLeaf::input)
-        .collect();
+        .gather();
     used.into_iter()
         .filter(|input| net.inputs[*input].kind == InputKind::Extern)
         .partition(|input| in_edges.contains(input))

@@ -7,6 +7,7 @@ use super::text::{Case, Function, lines, merged, replace};
 use crate::Object;
 use crate::c::print::{Kind, Node};
 use crate::times::count_type;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Enter, HistoryId, StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -73,7 +74,7 @@ impl Emit<'_> {
             }
         }
         self.net.histories.values().for_each(|history| look(&history.default));
-        seen.into_iter().filter(|(_, count)| *count > 1).map(|(key, _)| key).collect()
+        seen.into_iter().filter(|(_, count)| *count > 1).map(|(key, _)| key).gather()
     }
 
     /// The number of the next items that are inside a state.

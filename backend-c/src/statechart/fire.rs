@@ -5,6 +5,7 @@ use super::plan::{Memory, Route};
 use super::tables::Row;
 use super::text::{Case, Function};
 use crate::c::print::Node;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{StepId, StepKind, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -232,8 +233,8 @@ impl Emit<'_> {
         let domain = |id: &TransitionId| self.plan.routes[*id].and_then(|route| route.domain);
         let exits = |it: &(usize, u32)| self.has_exits(it.0, it.1);
         let all: BTreeSet<(usize, u32)> =
-            self.plan.regions[region].transitions.iter().filter_map(domain).filter(exits).collect();
-        let moving: BTreeSet<(usize, u32)> = ids.iter().filter_map(domain).collect();
+            self.plan.regions[region].transitions.iter().filter_map(domain).filter(exits).gather();
+        let moving: BTreeSet<(usize, u32)> = ids.iter().filter_map(domain).gather();
         let (to, depth) = *moving.first()?;
         if all.len() < 2 || moving.len() > 1 || !self.has_exits(to, depth) {
             return None;

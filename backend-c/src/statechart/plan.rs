@@ -16,6 +16,7 @@
 //! then those that stay in the region, then those that leave it, sorted by the number of parallel states that they leave.
 
 use crate::refusal::Refusal;
+use grafsynth_ir::Gather;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{
     Enter, HistoryId, Net, PartId, Policy, Step, StepId, StepKind, Transition, TransitionId,
@@ -408,8 +409,8 @@ fn memory(net: &Net, plan: &Plan, id: HistoryId) -> Option<Memory> {
         };
         is_atomic && inside
     };
-    let wanted: BTreeSet<StepId> = net.steps.ids().filter(|step| is_below(*step)).collect();
-    let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).collect();
+    let wanted: BTreeSet<StepId> = net.steps.ids().filter(|step| is_below(*step)).gather();
+    let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).gather();
     let is_usual = history.cases.iter().all(|case| {
         let mut way = Vec::new();
         let mut next = Some(case.step);

@@ -11,6 +11,7 @@ mod competition;
 
 use crate::refusal::{Refusal, refuse};
 use competition::competition;
+use grafsynth_ir::Gather;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, Step, StepId, StepKind,
@@ -518,7 +519,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
 /// Decides when each extern condition is called (§6).
 fn latches(net: &Net, plan: &mut Plan) {
     let in_edges: BTreeSet<InputId> =
-        net.edges.values().flat_map(|edge| edge.expr.leaves()).filter_map(Leaf::input).collect();
+        net.edges.values().flat_map(|edge| edge.expr.leaves()).filter_map(Leaf::input).gather();
     let mut places: BTreeMap<InputId, BTreeSet<Option<usize>>> = BTreeMap::new();
     for (id, guard) in each_guard(net) {
         for input in guard.leaves().filter_map(Leaf::input) {

@@ -10,6 +10,7 @@ use super::need::{Need, View};
 use super::pins::Order;
 use crate::device::{Blocks, Device};
 use crate::equations::{Equations, SignalIndex, Source};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeSet;
 
@@ -147,7 +148,7 @@ impl Equations {
                         || signal.pin.is_some()
                         || self.signals.iter().any(|own| own.shared == Some(equation.signal)),
                     pin: signal.pin,
-                    reads: literals.map(|(signal, _)| *signal).collect(),
+                    reads: literals.map(|(signal, _)| *signal).gather(),
                 }
             })
             .collect()

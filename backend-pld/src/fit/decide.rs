@@ -12,6 +12,7 @@ use crate::fit::form::{Form, FormChoice};
 use crate::fit::misfit::{self, Misfit};
 use crate::fit::need::widest;
 use crate::{Dialect, EmitOptions};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::{Diagnostic, nearest_type};
 use grafsynth_ir::logic::{Logic, NodeId, PinInputId, PinOutput};
 use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
@@ -171,7 +172,7 @@ impl Equations {
                 .iter()
                 .enumerate()
                 .map(|(index, node)| (node.input, first.buried + index))
-                .collect();
+                .gather();
             let first = FirstOfKind { places, ..first };
             let parts = split.nodes.iter().enumerate().map(|(index, node)| {
                 let function = Function {

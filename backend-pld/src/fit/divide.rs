@@ -17,6 +17,7 @@ use super::pins::Order;
 use crate::EmitOptions;
 use crate::device::{FlipFlop, Polarity};
 use crate::equations::{Equation, Equations, Signal, SignalIndex, Source};
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::Logic;
 use std::collections::BTreeSet;
 
@@ -88,7 +89,7 @@ impl State {
             let covered: BTreeSet<Product> = quotient
                 .iter()
                 .flat_map(|rest| divisor.iter().map(move |part| union(rest, part)))
-                .collect();
+                .gather();
             sum.products.retain(|product| !covered.contains(product));
             sum.products.extend(quotient.iter().map(|rest| union(rest, &[(signal, true)])));
         }
@@ -116,10 +117,10 @@ fn quotient(sum: &[Product], divisor: &[Product]) -> Vec<Product> {
             .iter()
             .filter(|product| part.iter().all(|literal| product.contains(literal)))
             .map(|product| without(product, part))
-            .collect();
+            .gather();
         common = Some(match common {
             None => rests,
-            Some(common) => common.intersection(&rests).cloned().collect(),
+            Some(common) => common.intersection(&rests).cloned().gather(),
         });
     }
     common.unwrap_or_default().into_iter().collect()
@@ -192,7 +193,7 @@ impl Search<'_> {
         let read: BTreeSet<SignalIndex> =
             (state.sums.iter().flat_map(|sum| sum.products.iter().chain(&sum.inverter).flatten()))
                 .map(|literal| literal.0)
-                .collect();
+                .gather();
         let mut order = self.order.clone();
         let need = |sum: &Sum| Need::Macrocell {
             terms: sum.n_terms(),
@@ -218,7 +219,7 @@ impl Search<'_> {
         }
         let left = attempt.left.iter().map(|wish| wish.index);
         let refused = attempt.refused.iter().map(|(at, ..)| order.board[*at].1);
-        let left: BTreeSet<SignalIndex> = left.chain(refused).collect();
+        let left: BTreeSet<SignalIndex> = left.chain(refused).gather();
         let left = state.sums.iter().filter(|sum| left.contains(&sum.signal));
         Some(left.map(Sum::n_terms).min().unwrap_or(usize::MAX))
     }
@@ -256,7 +257,7 @@ impl Search<'_> {
         let n = sum.products.len();
         let own = &self.cells[usize::from(sum.is_registered)];
         let rest = own.iter().filter(|width| **width < n).map(|width| n + 1 - width);
-        let sizes: BTreeSet<usize> = rest.chain(self.cells[0].iter().copied()).collect();
+        let sizes: BTreeSet<usize> = rest.chain(self.cells[0].iter().copied()).gather();
         // Products with common literals stay together: such a part may be divided further, and few functions share its literals.
         let mut products = sum.products.clone();
         products.sort_by(|a, b| b.cmp(a));
@@ -359,7 +360,7 @@ impl Equations {
             .filter(|equation| matches!(self.signals[equation.signal].source, Source::Buried(_)))
             .collect();
         let mut depths: std::collections::BTreeMap<SignalIndex, usize> =
-            buried.iter().map(|equation| (equation.signal, 1)).collect();
+            buried.iter().map(|equation| (equation.signal, 1)).gather();
         // There are no cycles, so the depth is stable after as many rounds as there are nodes.
         for _ in 0..buried.len() {
             for equation in &buried {

@@ -16,6 +16,7 @@ use super::lexer::{Kind, Lexer};
 use super::number::{self, Number};
 use super::range::within;
 use crate::codes;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::Span;
 use itertools::Itertools as _;
@@ -540,12 +541,12 @@ impl Parser<'_, '_> {
 
     /// Each value of a list with its bit number.
     fn numbered(&mut self, value: &Value, span: Span) -> Option<Numbered> {
-        let by_place = || (0..).zip(value.bits.iter().rev()).map(|(at, bit)| (at, *bit)).collect();
+        let by_place = || (0..).zip(value.bits.iter().rev()).map(|(at, bit)| (at, *bit)).gather();
         let (bits, is_open): (BTreeMap<u32, ExprId>, bool) = match &value.numbering {
             Numbering::Place => (by_place(), false),
             Numbering::Index(indices) => {
                 let by_index: BTreeMap<_, _> =
-                    indices.iter().copied().zip(value.bits.iter().copied()).collect();
+                    indices.iter().copied().zip(value.bits.iter().copied()).gather();
                 if !value.is_field && by_index != by_place() {
                     self.draft.report(
                         Diagnostic::error(

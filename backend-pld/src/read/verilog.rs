@@ -7,6 +7,7 @@ use super::MAX_NESTING;
 use super::ast::{Definition, Expr, ExprId, PldAst, Role, Signal, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use crate::codes;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -485,7 +486,7 @@ impl<'a> Parser<'a, '_> {
             }
             let span = self.lexer.span_from(start);
             let sides = then.assigned.keys().chain(otherwise.assigned.keys()).copied();
-            let ids: BTreeSet<SignalId> = sides.collect();
+            let ids: BTreeSet<SignalId> = sides.gather();
             let mut both = Assigned::new();
             for id in ids {
                 let [a, b] = [&then, &otherwise]

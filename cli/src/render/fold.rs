@@ -4,6 +4,7 @@
 //! for several findings ([`Plural`]) are the same.
 
 use grafsynth_driver::source::Sources;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::{Diagnostic, Label, Plural, Severity, joined};
 use grafsynth_ir::{FileId, Span};
 use std::collections::BTreeSet;
@@ -118,7 +119,7 @@ fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
     let mut rest: Vec<usize> = Vec::new();
     for one in &all {
         let own = || one.labels.iter().map(|label| line(label.span));
-        let new = own().filter(|line| !lines.contains(line)).collect::<BTreeSet<_>>().len();
+        let new = own().filter(|line| !lines.contains(line)).gather::<BTreeSet<_>>().len();
         if !main.is_empty() && lines.len() + new > MOST_LINES {
             rest.extend(own().next());
             continue;
@@ -134,7 +135,7 @@ fn together<'a>(sources: &Sources, all: &[&'a Diagnostic]) -> Folded<'a> {
         }
         others.extend(labels);
     }
-    let mut known: BTreeSet<Span> = main.iter().map(|label| label.span).collect();
+    let mut known: BTreeSet<Span> = main.iter().map(|label| label.span).gather();
     others.retain(|label| known.insert(label.span));
     folded.n_main = main.len();
     main.append(&mut others);
@@ -167,7 +168,7 @@ fn message(all: &[&Diagnostic]) -> String {
 /// Line numbers as a sentence; consecutive numbers as a range.
 fn also_on(lines: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
-    for line in lines.iter().copied().collect::<BTreeSet<_>>() {
+    for line in lines.iter().copied().gather::<BTreeSet<_>>() {
         match ranges.last_mut() {
             Some((_, to)) if line == *to + 1 => *to = line,
             _ => ranges.push((line, line)),

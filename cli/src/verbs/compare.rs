@@ -11,6 +11,7 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::judge::Renames;
 use grafsynth_driver::languages::Language;
 use grafsynth_driver::read::Design;
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -66,7 +67,7 @@ fn folders(session: &Session, arguments: &Compare, renames: &Renames) -> Result<
         Path::new(path).strip_prefix(folder).unwrap_or(Path::new(path)).to_path_buf()
     };
     let names = |folder: &String| -> Result<BTreeSet<PathBuf>, Stop> {
-        Ok(charts_below(folder)?.iter().map(|path| name(folder, path)).collect())
+        Ok(charts_below(folder)?.iter().map(|path| name(folder, path)).gather())
     };
     let (ours, theirs) = (names(first)?, names(second)?);
     let mut exit = Exit::Done;

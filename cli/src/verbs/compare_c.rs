@@ -12,6 +12,7 @@ use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Note, OutputReport, OutputVerdict};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::exhaustive::{self, Text};
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
@@ -69,7 +70,7 @@ fn texts(session: &mut Session, path: &str) -> Result<Vec<CText>, Stop> {
     let folder = files::folder_of(Path::new(path)).to_path_buf();
     let main = Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned());
     let mut all = vec![read(session, path, main.unwrap_or_default())?];
-    let mut known: BTreeSet<String> = all.iter().map(|it| it.name.clone()).collect();
+    let mut known: BTreeSet<String> = all.iter().map(|it| it.name.clone()).gather();
     let mut at = 0;
     while let Some(text) = all.get(at) {
         for name in edited_c::included(&text.text) {

@@ -5,6 +5,7 @@ use crate::partition::{Written, partition_file, parts, places};
 use crate::verbs::sim;
 use grafsynth_draw::{Counts, Frame, Part};
 use grafsynth_driver::split::Item;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Enter, Net};
 use grafsynth_ir::{Span, Valid, counted};
 use grafsynth_sim::{ColumnKind, Simulator, Trace, TraceLayout, TraceRow, Value, run_observed};
@@ -54,7 +55,7 @@ pub(super) fn coverage(
     let steps = net.steps.values().map(|step| step.meta.span);
     let transitions = net.transitions.values().map(|transition| transition.meta.span);
     let mut by_element: BTreeMap<Span, u64> =
-        steps.clone().chain(transitions.clone()).map(|span| (span, 0)).collect();
+        steps.clone().chain(transitions.clone()).map(|span| (span, 0)).gather();
     let mut count = |simulator: &Simulator<'_>| {
         let fired = || simulator.fired().iter().map(|fired| &net.transitions[*fired]);
         // A step of a transient situation is active within a reaction only.
@@ -64,7 +65,7 @@ pub(super) fn coverage(
         });
         let ended = net.steps.ids().filter(|step| simulator.is_active(*step));
         let active = ended.chain(entered).map(|step| net.steps[step].meta.span);
-        let all: BTreeSet<Span> = active.chain(fired().map(|it| it.meta.span)).collect();
+        let all: BTreeSet<Span> = active.chain(fired().map(|it| it.meta.span)).gather();
         for span in all {
             if let Some(n) = by_element.get_mut(&span) {
                 *n += 1;
@@ -76,7 +77,7 @@ pub(super) fn coverage(
     count(&simulator);
     run_observed(&mut simulator, &stimulus, &mut count);
     let once = |spans: &mut dyn Iterator<Item = Span>| {
-        let all: BTreeSet<Span> = spans.collect();
+        let all: BTreeSet<Span> = spans.gather();
         (all.iter().filter(|span| by_element.get(span).is_some_and(|n| *n > 0)).count(), all.len())
     };
     let (active, n_steps) = once(&mut steps.clone());
@@ -119,7 +120,7 @@ pub(super) fn trace_frames(
 /// The rows of a trace, with rows of the same situation as one frame.
 fn of_trace(net: &Net, trace: &Trace) -> Vec<Frame> {
     let spans: BTreeMap<&str, Span> =
-        net.steps.values().map(|step| (step.name.text.as_str(), step.meta.span)).collect();
+        net.steps.values().map(|step| (step.name.text.as_str(), step.meta.span)).gather();
     let names: Vec<&str> = trace.layout.step_names().collect();
     // The first and last row of each frame.
     let mut groups: Vec<(usize, usize, BTreeSet<Span>)> = Vec::new();
@@ -127,7 +128,7 @@ fn of_trace(net: &Net, trace: &Trace) -> Vec<Frame> {
         let active: BTreeSet<Span> = active_steps(trace, row)
             .into_iter()
             .filter_map(|step| spans.get(names.get(step)?).copied())
-            .collect();
+            .gather();
         match groups.last_mut() {
             Some((_, last, before)) if *before == active => *last = index,
             _ => groups.push((index, index, active)),

@@ -3,6 +3,7 @@
 use super::matching::{Matching, Renames, is_same, matching};
 use super::parts::{Kind, Part, Parts};
 use super::{Change, ChangeKind, Place};
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::Design;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -119,7 +120,7 @@ impl Comparison<'_> {
                 }?;
                 (one.change.kind == kind && part.kind == Kind::Step).then_some((part.key?, index))
             });
-            steps.collect()
+            steps.gather()
         };
         let (added, removed) = (of_steps(ChangeKind::Added), of_steps(ChangeKind::Removed));
         let mut of: Vec<Option<usize>> = Vec::new();
@@ -163,7 +164,7 @@ impl Comparison<'_> {
             if places.is_sorted() {
                 continue;
             }
-            let stays: BTreeSet<usize> = longest_increasing(&places).into_iter().collect();
+            let stays: BTreeSet<usize> = longest_increasing(&places).into_iter().gather();
             let mut sorted = places.clone();
             sorted.sort_unstable();
             let place = |name: Option<&str>| match name {

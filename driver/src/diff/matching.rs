@@ -2,6 +2,7 @@
 
 use super::parts::{Ends, Kind, Part};
 use grafsynth_frontend::graf::pieces::Word;
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// Old names and their new ones.
@@ -184,7 +185,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
     /// Matches all parts, from the outermost inwards: only parts with matched parents can be the same object.
     fn run(mut self) -> Matching {
         let (old, new) = (children(self.old), children(self.new));
-        let kinds: BTreeSet<Kind> = self.old.iter().map(|part| part.kind).collect();
+        let kinds: BTreeSet<Kind> = self.old.iter().map(|part| part.kind).gather();
         let mut open = VecDeque::from([(None, None)]);
         while let Some((old_parent, new_parent)) = open.pop_front() {
             for &kind in &kinds {
@@ -232,10 +233,10 @@ impl<'p, 'd> Matcher<'p, 'd> {
         let (before, after, renames) = (self.old, self.new, self.renames);
         let steps_of = |parts: &[Part<'_>]| -> BTreeSet<String> {
             let steps = parts.iter().filter(|part| part.kind == Kind::Step);
-            steps.filter_map(|part| part.key).map(str::to_owned).collect()
+            steps.filter_map(|part| part.key).map(str::to_owned).gather()
         };
         let (old_steps, new_steps) = (
-            steps_of(before).iter().map(|name| new_name(name, renames).to_owned()).collect(),
+            steps_of(before).iter().map(|name| new_name(name, renames).to_owned()).gather(),
             steps_of(after),
         );
         let are_in = |sources: &[Vec<String>], steps: &BTreeSet<String>| {
@@ -258,7 +259,7 @@ impl<'p, 'd> Matcher<'p, 'd> {
                 };
                 Some((at, ends))
             })
-            .collect();
+            .gather();
         let our = |at: usize| ours.get(&at);
         let their = |at: usize| after[at].ends.as_ref();
         self.pair(

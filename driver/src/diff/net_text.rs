@@ -1,6 +1,7 @@
 //! The changes between the texts of two nets: for designs that were read without a chart.
 
 use super::{Change, ChangeKind};
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::text;
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) fn changes(old: &Net, new: &Net) -> Vec<Change> {
     let (before, after) = (blocks(old), blocks(new));
     let later: BTreeMap<&str, &str> =
-        after.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
-    let earlier: BTreeSet<&str> = before.iter().map(|(name, _)| name.as_str()).collect();
+        after.iter().map(|(name, text)| (name.as_str(), text.as_str())).gather();
+    let earlier: BTreeSet<&str> = before.iter().map(|(name, _)| name.as_str()).gather();
     let gone_or_changed = before.iter().filter_map(|(name, text)| match later.get(name.as_str()) {
         Some(now) if now == text => None,
         Some(now) => Some(change(ChangeKind::Changed, name, Some(text), Some(now))),

@@ -12,6 +12,7 @@ use grafsynth_backend_pld::ice40::Package;
 use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::{FlopBit, FlopId, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::Meta;
@@ -544,7 +545,7 @@ impl Chip {
             let set = &sets[node.index()];
             let is_read = |input: PinInputId| set[input.index() / 64] >> (input.index() % 64) & 1;
             let read = signal_of.iter().filter(|(_, input)| is_read(*input) == 1);
-            read.map(|(at, _)| *at).collect()
+            read.map(|(at, _)| *at).gather()
         };
         let root = |(at, signal): (usize, &Signal)| match signal.kind {
             Kind::Flop(flop) => Some(Reads {
@@ -579,9 +580,9 @@ impl<'a> Known<'a> {
         let flops = circuit.flops.iter().map(|(id, own)| ((own.name.as_str(), own.holds), id));
         Known {
             circuit,
-            inputs: inputs.collect(),
-            outputs: outputs.collect(),
-            flops: flops.collect(),
+            inputs: inputs.gather(),
+            outputs: outputs.gather(),
+            flops: flops.gather(),
             taken: BTreeSet::new(),
         }
     }
@@ -724,6 +725,6 @@ fn enable_pins(device: &Device) -> Vec<u32> {
             Enable::PinLow(pin) | Enable::PinLowAndRow(pin, _) => Some(pin),
             Enable::Always | Enable::Never | Enable::Row(_) => None,
         })
-        .collect();
+        .gather();
     device.control_pins.iter().copied().filter(|pin| pins.contains(pin)).collect()
 }

@@ -7,6 +7,7 @@ use crate::report::chip::{Chip, Kind};
 use crate::stem::FileStem;
 use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
+use grafsynth_ir::Gather;
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::PinRole;
 use grafsynth_ir::net::{Net, Transition};
@@ -246,8 +247,8 @@ fn names(package: &Package, net: &Net) -> CpuNames {
     CpuNames {
         prefix: interface.prefix.to_owned(),
         header: format!("{}.h", package.stem()),
-        inputs: handed.map(|(id, _)| (id, interface.inputs[id].clone())).collect(),
-        outputs: shown.map(|(id, _)| (id, interface.outputs[id].clone())).collect(),
+        inputs: handed.map(|(id, _)| (id, interface.inputs[id].clone())).gather(),
+        outputs: shown.map(|(id, _)| (id, interface.outputs[id].clone())).gather(),
         has_instance: interface.has_instance,
         dt: interface.dt.map(str::to_owned),
     }

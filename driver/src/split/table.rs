@@ -5,6 +5,7 @@ use super::{
 };
 use crate::built::BuildOptions;
 use grafsynth_backend_c::cost;
+use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Severity;
 use grafsynth_ir::net::Net;
@@ -139,7 +140,7 @@ fn cells(built: &BuiltPart) -> u64 {
 /// The pins of a chip that carry signals.
 fn pins(built: &BuiltPart) -> u64 {
     let signals = built.built.chips.iter().flat_map(|chip| &chip.signals);
-    signals.filter_map(|signal| signal.pin).collect::<BTreeSet<u32>>().len() as u64
+    signals.filter_map(|signal| signal.pin).gather::<BTreeSet<u32>>().len() as u64
 }
 
 fn bound(built: &BuiltPart, cpu: &Cpu) -> Option<u64> {

@@ -6,6 +6,7 @@ use grafsynth_driver::report::chip::Kind;
 use grafsynth_driver::run::chip_row;
 use grafsynth_driver::split::{Linked, Split};
 use grafsynth_ir::Diagnostic;
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::{PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_logic::chip::ChipSim;
@@ -258,6 +259,6 @@ fn text<'a>(net: &'a Net, chip: &'a Chip, pins: &ChipPins) -> Circuit<'a> {
         }
         _ => None,
     });
-    let (inputs, outputs) = (inputs.collect(), outputs.collect());
+    let (inputs, outputs) = (inputs.gather(), outputs.gather());
     Circuit::Text { sim: Box::new(ChipSim::new(net, circuit)), inputs, outputs }
 }

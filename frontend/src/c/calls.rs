@@ -4,6 +4,7 @@
 use super::resolve::{FunctionId, Home, PointerUse, Reference, Resolver, VarId};
 use super::types::Type;
 use crate::codes;
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use std::collections::BTreeSet;
@@ -36,7 +37,7 @@ impl Resolver<'_, '_> {
             .functions
             .iter()
             .flat_map(|one| one.calls.iter().map(|(callee, _)| *callee))
-            .collect();
+            .gather();
         let roots: Vec<FunctionId> = (0..program.functions.len())
             .filter(|id| !called.contains(id) && !program.functions[*id].is_kept)
             .collect();

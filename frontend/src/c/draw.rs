@@ -16,6 +16,7 @@ use super::shorten::{self, successors};
 use super::texts::{comment_text, one_line};
 use super::{Calls, library};
 use crate::graf::parser::Findings;
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     Block, Chart, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path, Setting,
     SettingKind, Step, StepItem, StepItemKind, StepRole, StmtKind, Transition,
@@ -40,7 +41,7 @@ pub(super) fn draw(
         }
     }
     let macros: BTreeMap<FunctionId, String> =
-        used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).collect();
+        used.iter().map(|id| (*id, top.fresh(&program.functions[*id].def.name.text))).gather();
     let shared = shared_steps(program, &used, &mut top);
     let mut externs = Externs::default();
     // No extern function gets the name of a function of the source.
@@ -70,7 +71,7 @@ pub(super) fn draw(
         .enumerate()
         .filter(|(_, var)| var.home == Home::Global && (var.is_volatile || var.is_extern))
         .filter_map(|(id, _)| var_names.get(&id).cloned())
-        .collect();
+        .gather();
     let mut items: Vec<Item> = vec![
         Item::Setting(Setting {
             kind: SettingKind::Conflict(Policy::Priority),
@@ -127,7 +128,7 @@ fn is_current(program: &Program<'_>, id: VarId) -> bool {
 
 /// The functions that the chart needs, in source order.
 fn used_functions(program: &Program<'_>) -> Vec<FunctionId> {
-    let mut seen = BTreeSet::from([program.entry]);
+    let mut seen: BTreeSet<_> = [program.entry].into_iter().gather();
     let mut open = vec![program.entry];
     while let Some(id) = open.pop() {
         for (callee, _) in &program.functions[id].calls {
@@ -160,7 +161,7 @@ fn shared_steps(
     used.iter()
         .filter(is_shared)
         .map(|id| (*id, names.fresh(&format!("run_{}", program.functions[*id].def.name))))
-        .collect()
+        .gather()
 }
 
 fn extern_items(externs: &Externs) -> Vec<Item> {
@@ -330,7 +331,7 @@ impl Drawing<'_, '_> {
         for part in (1..self.graph.parts.len()).rev() {
             let members: BTreeSet<NodeId> = (0..self.graph.nodes.len())
                 .filter(|id| self.is_inside(self.graph.nodes[*id].group, part))
-                .collect();
+                .gather();
             let has_end = members.iter().any(|id| {
                 *id == self.graph.start || matches!(self.graph.nodes[*id].next, Next::Exit)
             });

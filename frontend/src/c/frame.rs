@@ -9,6 +9,7 @@ use super::types::{Scalar, Type};
 use super::{ast, constant, initial, lexer};
 use crate::codes;
 use crate::graf::parser::Findings;
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     ActionHow, Block, DeclarationKind, Expr, Item, Leaf, MacroStep, Path, Step, StepItem,
     StepItemKind, StepRole, Stmt, StmtKind, Transition,
@@ -189,7 +190,7 @@ fn at_top(items: Vec<Item>) -> Vec<Item> {
             |item| if let Item::Transition(transition) = item { Some(transition) } else { None },
         )
         .flat_map(|transition| transition.targets.iter().map(ToString::to_string))
-        .collect();
+        .gather();
     let mut top = Vec::new();
     for mut item in items {
         if let Item::Step(step) = &mut item {

@@ -14,6 +14,7 @@ use super::sequence;
 use super::types::{self, Scalar, Type, Widths};
 use crate::codes;
 use crate::graf::parser::Findings;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::{Diagnostic, any_error, joined, nearest};
 use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -173,7 +174,7 @@ pub(super) fn resolve<'s>(
     findings: &mut Findings,
 ) -> Option<Program<'s>> {
     let constants =
-        source.constants.iter().map(|(name, value)| (name.text.clone(), *value)).collect();
+        source.constants.iter().map(|(name, value)| (name.text.clone(), *value)).gather();
     let widths = Widths {
         int: if options.int_bits == 16 { 16 } else { 32 },
         is_unsigned_char: options.is_unsigned_char,

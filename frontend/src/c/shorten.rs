@@ -9,6 +9,7 @@
 //! ```
 
 use super::graph::{Graph, Next, Node, NodeId};
+use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{Expr, Leaf, Stmt, StmtKind};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,7 +20,7 @@ const COPIED: usize = 4;
 pub(super) fn shorten(graph: &mut Graph, fuse: bool, lasting: &BTreeSet<String>) {
     constants(&mut graph.nodes);
     joins(graph);
-    let temps: BTreeSet<String> = graph.temps.iter().map(|(name, _)| name.clone()).collect();
+    let temps: BTreeSet<String> = graph.temps.iter().map(|(name, _)| name.clone()).gather();
     merge(graph, &|before, after| {
         let is_pure = after.body.iter().all(|stmt| matches!(&stmt.kind, StmtKind::Assign { target, .. } if temps.contains(&target.to_string())));
         let is_branch = after.is_test && matches!(after.next, Next::Branch(..));
@@ -140,7 +141,7 @@ fn predecessors(graph: &Graph) -> Vec<usize> {
 }
 
 fn reached(graph: &Graph) -> BTreeSet<NodeId> {
-    let mut seen = BTreeSet::from([graph.start]);
+    let mut seen: BTreeSet<_> = [graph.start].into_iter().gather();
     let mut open = vec![graph.start];
     while let Some(id) = open.pop() {
         for to in successors(&graph.nodes[id].next) {
@@ -224,7 +225,7 @@ fn reachable(graph: &mut Graph) {
     // A macro has an exit step even if its function never returns.
     kept.extend(graph.nodes.iter().position(|node| matches!(node.next, Next::Exit)));
     let new: BTreeMap<NodeId, NodeId> =
-        kept.iter().enumerate().map(|(new, old)| (*old, new)).collect();
+        kept.iter().enumerate().map(|(new, old)| (*old, new)).gather();
     let nodes = std::mem::take(&mut graph.nodes);
     graph.nodes = nodes
         .into_iter()

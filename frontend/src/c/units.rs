@@ -6,6 +6,7 @@ use super::resolve::{FunctionId, Home, Program, Reference, Resolver, VarId};
 use super::types::{self, Type};
 use super::value;
 use crate::codes;
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};
 use std::collections::BTreeSet;
@@ -173,7 +174,7 @@ impl<'s> Collector<'_, 's> {
                     let mut unit = Unit {
                         span: *span,
                         exprs: Vec::new(),
-                        touched: BTreeSet::from([var]),
+                        touched: [var].into_iter().gather(),
                         reason: None,
                     };
                     self.list(all, &mut unit);
@@ -199,7 +200,7 @@ impl<'s> Collector<'_, 's> {
         let mut unit = Unit {
             span: expr.span,
             exprs: vec![expr],
-            touched: also.into_iter().collect(),
+            touched: also.into_iter().gather(),
             reason: None,
         };
         self.look(expr, &mut unit);
@@ -332,7 +333,7 @@ impl<'s> Collector<'_, 's> {
             let reference = param.map_or(Reference::None, |param| program.vars[param].reference);
             match (&argument.kind, reference) {
                 (ExprKind::Name(_), Reference::Array | Reference::Scalar) => {
-                    let touched = param.into_iter().chain(program.var_at(argument.span)).collect();
+                    let touched = param.into_iter().chain(program.var_at(argument.span)).gather();
                     let mut own =
                         Unit { span: argument.span, exprs: vec![argument], touched, reason: None };
                     let matches = program
@@ -350,7 +351,7 @@ impl<'s> Collector<'_, 's> {
                     let mut own = Unit {
                         span: argument.span,
                         exprs: vec![argument],
-                        touched: param.into_iter().collect(),
+                        touched: param.into_iter().gather(),
                         reason: None,
                     };
                     self.look(argument, &mut own);

@@ -1,5 +1,6 @@
 //! Assigns each object of a net to its chart or macro, and gives it its local name.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Name;
@@ -58,7 +59,7 @@ impl Bodies {
             .iter()
             .enumerate()
             .map(|(index, one)| (one.name.text.as_str(), index))
-            .collect();
+            .gather();
         let is_root = |id: PartId| {
             net.parts[id].level <= 1 && !macros.contains_key(net.parts[id].name.text.as_str())
         };
@@ -357,5 +358,5 @@ fn taken(net: &Net) -> BTreeSet<String> {
     let names = names
         .chain(net.macros.iter().map(|one| &one.name))
         .chain(net.parts.values().map(|one| &one.name));
-    names.map(|name| name.text.rsplit('.').next().unwrap_or_default().to_owned()).collect()
+    names.map(|name| name.text.rsplit('.').next().unwrap_or_default().to_owned()).gather()
 }

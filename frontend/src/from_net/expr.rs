@@ -1,5 +1,6 @@
 //! Converts expressions of a net to expressions of the chart.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::Span;
@@ -176,7 +177,7 @@ impl Writer<'_> {
                 counts && one.requires.iter().any(|step| requires.contains(step))
             })
             .map(|(id, _)| id)
-            .collect();
+            .gather();
         named == above
     }
 }

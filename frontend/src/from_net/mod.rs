@@ -10,6 +10,7 @@ mod items;
 mod states;
 mod timers;
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -163,7 +164,7 @@ fn written(net: &Net) -> BTreeSet<VarId> {
     let assigned = net.statements().filter_map(|stmt| {
         if let StmtKind::Assign { var, .. } = stmt.kind { Some(var) } else { None }
     });
-    assigned.collect()
+    assigned.gather()
 }
 
 /// The names of all objects that a chart declares.

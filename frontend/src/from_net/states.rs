@@ -6,6 +6,7 @@
 //! enters the state), otherwise from the most frequent entry of the state. A transition is written in the innermost state in which the
 //! order of the net can be kept.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use grafsynth_ir::chart::{
@@ -708,7 +709,7 @@ pub(super) fn completed(
 ) -> BTreeMap<net::InputId, StepId> {
     let mut all = BTreeMap::new();
     let waited: BTreeSet<net::InputId> =
-        net.transitions.values().flat_map(|it| it.events.iter().copied()).collect();
+        net.transitions.values().flat_map(|it| it.events.iter().copied()).gather();
     for (id, step) in net.steps.iter() {
         let Some(event) = step.done_event else { continue };
         if !waited.contains(&event) || all.insert(event, id).is_some() {

@@ -1,5 +1,6 @@
 //! The parts of a design as one-line text, independent of their position.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::Name;
 use grafsynth_ir::chart::{
     ActionHow, ArgumentValue, Declaration, DeclarationKind, Emergency, Expr, ForceOrder, Item,
@@ -261,7 +262,7 @@ pub(crate) fn conditions(items: &[Item]) -> std::collections::BTreeSet<String> {
         .filter_map(Item::as_declaration)
         .filter(|one| matches!(one.kind, DeclarationKind::ExternCondition { .. }))
         .map(|one| one.name.text.clone())
-        .collect()
+        .gather()
 }
 
 pub(crate) fn attributes(meta: &Meta) -> String {

@@ -1,5 +1,6 @@
 //! Reads the charts of a project. In the file, each element refers to its predecessors; here these links become transitions between steps.
 
+use grafsynth_ir::Gather;
 use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -158,7 +159,7 @@ impl<'a, 'd: 'a> Chart<'_, '_, '_, 'a, 'd> {
         transitions
             .into_iter()
             .map(|(node, transition)| (node.id().get_usize(), transition))
-            .collect()
+            .gather()
     }
 
     /// Adds the steps, macro-steps and transitions in the order of the file.
@@ -523,7 +524,7 @@ fn roles(drawing: &Drawing<'_, '_>, body: Node<'_, '_>) -> BTreeMap<String, Role
         .iter()
         .filter(|node| tag(**node) == "jumpStep")
         .filter_map(|node| node.attribute("targetName"))
-        .collect();
+        .gather();
     let mut left: BTreeSet<String> = BTreeSet::new();
     for node in drawing.order.iter().filter(|node| tag(**node) == "transition") {
         let mut next = drawing.before(*node);

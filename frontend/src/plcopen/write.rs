@@ -3,6 +3,7 @@
 //! A transition to a step in the same or a higher row is drawn as a jump. Divergences and convergences are drawn where several transitions
 //! or steps meet; competing transitions are ordered from left to right.
 
+use grafsynth_ir::Gather;
 use itertools::Itertools as _;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -278,7 +279,7 @@ fn point(id: usize) -> String {
 
 fn chart(out: &mut String, program: &Program) {
     let steps: BTreeMap<&str, usize> =
-        program.steps.iter().enumerate().map(|(index, step)| (step.name.as_str(), index)).collect();
+        program.steps.iter().enumerate().map(|(index, step)| (step.name.as_str(), index)).gather();
     let places = places(program, &steps);
     let n_steps = program.steps.len();
     let mut page = Page { out, program, steps, places, next: n_steps + program.transitions.len() };

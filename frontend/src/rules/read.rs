@@ -2,6 +2,7 @@
 
 mod design;
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeSet;
 
@@ -51,7 +52,7 @@ pub fn parse_within(file: FileId, text: &str, limits: &Limits) -> Parsed {
     let mut rules = Rules::default();
     rules.read(&mut parser);
     let Parser { findings, comments, .. } = parser;
-    let names = |list: &[Name]| list.iter().map(|name| name.text.clone()).collect();
+    let names = |list: &[Name]| list.iter().map(|name| name.text.clone()).gather();
     let (steps, transitions, outputs) =
         (names(&rules.steps), names(&rules.transitions), names(&rules.outputs));
     let listed = Listed { steps, transitions, outputs };

@@ -4,6 +4,7 @@
 //! transitions wait for but that nothing in it raises. A descriptor matches the events that it names and those that begin with its tokens;
 //! `*` matches all.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::Diagnostic;
@@ -77,9 +78,9 @@ impl Alphabet {
             }
         });
         let outside: BTreeSet<&str> =
-            machine.settings.inputs.iter().map(|name| name.text.as_str()).collect();
+            machine.settings.inputs.iter().map(|name| name.text.as_str()).gather();
         let inside: BTreeSet<&str> =
-            machine.settings.internals.iter().map(|name| name.text.as_str()).collect();
+            machine.settings.internals.iter().map(|name| name.text.as_str()).gather();
         let mut alphabet = Alphabet::default();
         let mut wanted: Vec<(&str, Span)> = Vec::new();
         // Plain names first: a descriptor with an asterisk matches the events that others name.
@@ -88,7 +89,7 @@ impl Alphabet {
             .map(|name| stem(&name.text))
             .filter(|(text, more)| !more && !matches!(head(text), "error" | "done"))
             .map(|(text, _)| text)
-            .collect();
+            .gather();
         let names_others = |text: &str, more: bool| {
             let prefix = format!("{text}.");
             let follows = |name: Option<&str>| name.is_some_and(|name| name.starts_with(&prefix));

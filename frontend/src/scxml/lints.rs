@@ -1,5 +1,6 @@
 //! Warnings about valid documents that are probably mistakes.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Span;
@@ -25,7 +26,7 @@ fn between_regions(parallel: &State, found: &mut Findings) {
         .states()
         .filter(|region| region.kind == StateKind::State && region.states().next().is_none())
         .filter_map(|region| Some((region.id.as_ref()?.text.as_str(), region.span)))
-        .collect();
+        .gather();
     for region in parallel.states() {
         let Some(from) = region.id.as_ref().map(|id| id.text.as_str()) else { continue };
         if !regions.contains_key(from) {

@@ -5,6 +5,7 @@
 //! it. As in ECMAScript, the two kinds are separate; in C89, a Boolean is 0 or 1 if a number is needed. The range of a number is given by
 //! `grafsynth:range`; otherwise it contains all values that assignments can produce (a fixed point of intervals), at most -32768..32767.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind, statements};
@@ -609,7 +610,7 @@ impl Data {
     ) -> Vec<Type> {
         let mut assigned: Vec<(usize, &Expr)> = Vec::new();
         let mut by_name: BTreeMap<&str, usize> =
-            self.vars.iter().enumerate().map(|(index, var)| (var.name.as_str(), index)).collect();
+            self.vars.iter().enumerate().map(|(index, var)| (var.name.as_str(), index)).gather();
         for (array, copy, _) in copies {
             if let Some(index) = by_name.get(array.as_str()).copied() {
                 by_name.insert(copy, index);

@@ -3,6 +3,7 @@
 //! The parser of PLCopen XML builds the same tree and turns ladders and function block diagrams into statements. So [`super::elaborate`] defines the meaning of
 //! both.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::diag::{Code, Diagnostic};
@@ -82,7 +83,7 @@ impl Pou {
     /// The names that the unit declares itself.
     pub(crate) fn own_names(&self) -> BTreeSet<&Symbol> {
         let vars = self.vars.iter().filter(|var| var.section != Section::External);
-        vars.map(|var| &var.name.id).collect()
+        vars.map(|var| &var.name.id).gather()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Warnings about valid text that is probably a mistake: overwritten assignments, and function blocks that are never called.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
@@ -24,7 +25,7 @@ pub(super) fn lints(library: &Library) -> Vec<Diagnostic> {
                     || var.address.as_ref().is_some_and(|it| it.id.starts_with("%M"))
             })
             .map(|var| var.name.id.clone())
-            .collect();
+            .gather();
         lists.iter().for_each(|list| overwritten(list, &aliases, &mut out));
         not_called(library, pou, &lists, &mut out);
     }

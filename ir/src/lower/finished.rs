@@ -2,6 +2,7 @@
 
 use super::context::{DrawnAction, Entry, FlatNames, Instance, Lowering, Role, Scope, Symbol};
 use super::{placement, properties as pass};
+use crate::Gather;
 use crate::chart::{self, Design};
 use crate::diag::{Diagnostic, any_error};
 use crate::net::{Board, Driver, Net, PartId, Property, VarOrigin};
@@ -52,7 +53,7 @@ fn of_net<'a>(design: &'a Design, net: &Net) -> Lowering<'a> {
         .filter_map(|output| {
             if let Driver::Controlled(action) = output.driver { Some(action) } else { None }
         })
-        .collect();
+        .gather();
     for (id, action) in net.actions.iter().filter(|(id, _)| !driving.contains(id)) {
         let name = action.name.clone();
         let index = lowering.drawn_actions.len();

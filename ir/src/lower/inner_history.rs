@@ -13,6 +13,7 @@
 use super::codes;
 use super::context::{Goal, Inner, Lowering};
 use super::statechart::{domain, entered, inside};
+use crate::Gather;
 use crate::arena::Arena;
 use crate::diag::Diagnostic;
 use crate::expr::{Expr, Type};
@@ -173,7 +174,7 @@ fn situations(lowering: &Lowering<'_>, state: StepId) -> Option<Vec<BTreeSet<Ste
         let mut children = children.map(|(id, _)| of.remove(&id).unwrap_or_default());
         let sets: Vec<BTreeSet<StepId>> = match net.steps[step].kind {
             StepKind::Leaf | StepKind::Final | StepKind::Enclosing => {
-                vec![BTreeSet::from([step])]
+                vec![[step].into_iter().gather()]
             }
             StepKind::Composite => children.flatten().collect(),
             StepKind::Parallel => {
@@ -224,7 +225,7 @@ fn memory<'m>(
             let base = format!("{name}_{}", lowering.net.steps[step].name);
             (step, bit(lowering, &base, name.span))
         });
-        Memory { any, states: states.collect() }
+        Memory { any, states: states.gather() }
     })
 }
 

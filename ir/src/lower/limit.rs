@@ -1,6 +1,7 @@
 //! Pass `limit`: chooses the limit of micro-steps of a stable evolution if the chart sets none (semantics §3.4).
 
 use super::context::{Lowering, Work};
+use crate::Gather;
 use crate::net::{
     Enter, Evolution, HistoryId, InputId, MAX_LIMIT, Net, StepId, StepKind, Stmt, StmtKind,
     Transition, TransitionId, TransitionKind,
@@ -35,7 +36,7 @@ pub(super) fn limit(lowering: &mut Lowering<'_>) {
 /// True if transitions that need no external event can follow each other for ever.
 fn has_circle(net: &Net) -> bool {
     let mut raised: BTreeSet<InputId> =
-        net.steps.values().filter_map(|step| step.done_event).collect();
+        net.steps.values().filter_map(|step| step.done_event).gather();
     let steps =
         net.steps.values().flat_map(|step| [&step.entry, &step.exit, &step.initial_content]);
     let transitions = net.transitions.values().map(|transition| &transition.actions);

@@ -5,6 +5,7 @@
 mod tokens;
 
 use super::codes;
+use crate::Gather;
 use crate::arena::IdMap;
 use crate::diag::{Diagnostic, Notation};
 use crate::expr::{CompareOp, Expr, ExprKind, Type};
@@ -443,7 +444,7 @@ fn no_way_out(net: &Net, out: &mut Vec<Diagnostic>) {
         forced
     };
     let macro_of: BTreeMap<StepId, &crate::net::MacroStep> =
-        net.macros.iter().map(|one| (one.exit, one)).collect();
+        net.macros.iter().map(|one| (one.exit, one)).gather();
     for (id, step) in net.steps.iter() {
         // An enclosing step, a state or a forcing order can deactivate a step too. A step that stays active for ever may also be intended.
         let is_plain = step.parent.is_none() && step.kind != StepKind::Final && !step.hidden;

@@ -50,6 +50,7 @@ mod statechart;
 mod tests;
 mod tree;
 
+use crate::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::arena::{Arena, IdMap};
@@ -434,6 +435,6 @@ fn when(condition: Expr, then: Vec<Stmt>, out: &mut Vec<Stmt>) {
 
 /// True if the list may change the value of the condition.
 fn stores_any_leaf_of(list: &[Stmt], condition: &Expr) -> bool {
-    let leaves: BTreeSet<&Leaf> = condition.leaves().collect();
+    let leaves: BTreeSet<&Leaf> = condition.leaves().gather();
     statements(list).any(|stmt| stmt.target().is_some_and(|target| leaves.contains(&target)))
 }

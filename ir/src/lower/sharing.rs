@@ -3,6 +3,7 @@
 
 use super::codes;
 use super::context::{Lowering, Role, Symbol, Work};
+use crate::Gather;
 use crate::diag::Diagnostic;
 use crate::net::{Sharing, VarId, VarOrigin};
 use crate::span::Span;
@@ -40,7 +41,7 @@ pub(super) fn sharing(lowering: &mut Lowering<'_>) {
         }
     }
     let mut sharing: BTreeMap<VarId, Sharing> =
-        said.into_iter().map(|(var, (sharing, _))| (var, sharing)).collect();
+        said.into_iter().map(|(var, (sharing, _))| (var, sharing)).gather();
     if let Some(default) = lowering.sharing {
         for (id, var) in lowering.net.vars.iter() {
             if var.origin != VarOrigin::Hidden {

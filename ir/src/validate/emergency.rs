@@ -1,6 +1,7 @@
 //! Safe values and the condition that forces them (invariant 32).
 
 use super::Checker;
+use crate::Gather;
 use crate::codes;
 use crate::diag::Diagnostic;
 use crate::net::{InputId, InputKind, Leaf, Net};
@@ -36,7 +37,7 @@ pub(crate) fn unenforceable(net: &Net) -> Vec<Diagnostic> {
     let is_extern =
         |id: &InputId| net.inputs.get(*id).is_some_and(|input| input.kind == InputKind::Extern);
     let read = emergency.condition.leaves().filter_map(Leaf::input);
-    let asked: BTreeSet<InputId> = read.filter(is_extern).collect();
+    let asked: BTreeSet<InputId> = read.filter(is_extern).gather();
     for name in asked.into_iter().map(|id| &net.inputs[id].name) {
         found.push(
             Diagnostic::error(

@@ -16,6 +16,7 @@
 //! products of `busy`'s function to every such flip-flop.
 
 use super::{has_pin, substitute};
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::{Arena, Id};
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
@@ -61,7 +62,7 @@ pub(super) fn stepwise(net: &Net, program: &Program) -> Option<Stepwise> {
     exposed.block(after);
     // Values that depend only on inputs are computed again in each clock; all other values that are still read must be held.
     let (pure, start) = split_pure(program, before, &exposed.read);
-    let pure_temps: BTreeSet<TempId> = pure.iter().map(|&(temp, _)| temp).collect();
+    let pure_temps: BTreeSet<TempId> = pure.iter().map(|&(temp, _)| temp).gather();
     let mut later = Used::default();
     pure.iter().for_each(|(_, value)| later.expr(value));
     later.block(body);
@@ -143,7 +144,7 @@ fn split_pure<'a>(
             }
         }
     }
-    let mut needed: BTreeSet<TempId> = wanted.intersection(&pure).copied().collect();
+    let mut needed: BTreeSet<TempId> = wanted.intersection(&pure).copied().gather();
     for stmt in before.iter().rev() {
         if let Stmt::Set(temp, value) = stmt
             && needed.contains(temp)
@@ -179,7 +180,7 @@ fn only_stores(block: &[Stmt]) -> bool {
 fn calls(block: &[Stmt]) -> BTreeSet<OutputId> {
     let called = statements(block)
         .filter_map(|stmt| if let Stmt::Call(output, _) = stmt { Some(*output) } else { None });
-    called.collect()
+    called.gather()
 }
 
 fn of_cell(cell: CellId) -> Expr {

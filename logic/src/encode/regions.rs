@@ -23,6 +23,7 @@
 //! which the register no longer contains. Such a history has its own flip-flops ([`kept_apart`]).
 
 use super::substitute;
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::expr::{ExprKind, Type};
@@ -63,7 +64,7 @@ pub fn kept_apart(net: &Net) -> Vec<(HistoryId, &'static str)> {
 /// The reason why each history is not stored in the registers of regions; `None` for a history that is stored there.
 fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
     let mut apart = IdMap::build(&net.histories, |_, history| {
-        let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).collect();
+        let recorded: BTreeSet<StepId> = history.cases.iter().map(|case| case.step).gather();
         let is_whole =
             recorded == shallow(net, history.owner) || recorded == deep(net, history.owner);
         (!is_whole)
@@ -74,7 +75,7 @@ fn whys(net: &Net) -> IdMap<History, Option<&'static str>> {
         if entered.is_empty() {
             continue;
         }
-        let cleared: BTreeSet<StepId> = transition.clears.iter().copied().collect();
+        let cleared: BTreeSet<StepId> = transition.clears.iter().copied().gather();
         for id in entered.into_iter().filter(|id| !cleared.contains(&net.histories[*id].owner)) {
             apart[id] = Some("a transition enters it without leaving its state");
         }
@@ -101,7 +102,7 @@ fn histories_of(net: &Net, enters: &[Enter]) -> BTreeSet<HistoryId> {
 }
 
 fn shallow(net: &Net, owner: StepId) -> BTreeSet<StepId> {
-    net.steps.iter().filter(|(_, step)| step.parent == Some(owner)).map(|(id, _)| id).collect()
+    net.steps.iter().filter(|(_, step)| step.parent == Some(owner)).map(|(id, _)| id).gather()
 }
 
 /// The atomic states inside a state.
@@ -112,7 +113,7 @@ fn deep(net: &Net, owner: StepId) -> BTreeSet<StepId> {
         .filter(|(_, step)| is_atomic(step.kind))
         .filter(|(id, _)| way_up(net, *id, owner).is_some())
         .map(|(id, _)| id)
-        .collect()
+        .gather()
 }
 
 /// The states from `step` up to the child of `owner`; `None` if the step is not inside `owner`.
@@ -278,7 +279,7 @@ impl Maker<'_> {
         }
         // Cells keep their ids; those without a register have no elements.
         let registers: BTreeMap<CellId, StepId> =
-            gated.iter().filter_map(|(step, gated)| Some((gated.register?, *step))).collect();
+            gated.iter().filter_map(|(step, gated)| Some((gated.register?, *step))).gather();
         let gone: Vec<CellId> =
             self.temp_of.keys().filter(|cell| !registers.contains_key(cell)).copied().collect();
         for cell in gone {

@@ -5,6 +5,7 @@
 
 use super::{Encoder, Value};
 use crate::word::{self, Word};
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::{Decoded, FlopBit, NodeId, shown_by};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
@@ -43,7 +44,7 @@ impl Encoder<'_> {
     fn stored_activity(&mut self, step: StepId) -> NodeId {
         let held: BTreeMap<Origin, _> = (self.builder.logic.flops.iter())
             .filter_map(|(id, flop)| Some((flop.holds?.origin, id)))
-            .collect();
+            .gather();
         let shown = shown_by(self.net, |origin| held.contains_key(&origin));
         let bits: Vec<NodeId> =
             shown[step].iter().map(|origin| self.builder.flop(held[origin])).collect();

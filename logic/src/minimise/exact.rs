@@ -10,6 +10,7 @@ use super::primes::{TooMany, all_primes};
 use super::rows::Rows;
 use super::terms::{Recursion, Terms, bits};
 use super::{Effort, Primes};
+use grafsynth_ir::Gather;
 
 /// The result of the exact method.
 pub(super) struct Found {
@@ -58,7 +59,7 @@ pub(super) fn exact(function: &Function, cover: &Terms, free: &Terms, effort: &E
         return Found { terms: Some(essential), lower: n_essential, primes: n_primes, n_essential };
     }
     let mut columns = primes;
-    let known: std::collections::BTreeSet<&[u64]> = essential.iter().collect();
+    let known: std::collections::BTreeSet<&[u64]> = essential.iter().gather();
     columns.retain(|_, term| !known.contains(term));
     let n_columns = columns.len();
     let mut all = columns;

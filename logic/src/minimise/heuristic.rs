@@ -11,6 +11,7 @@ use super::expand::Growth;
 use super::function::Function;
 use super::rows::Rows;
 use super::terms::{Recursion, Shape, Spent, Terms, bits};
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 /// The heuristic minimisation of one function: repeated expansion, removal and reduction of products.
@@ -153,7 +154,7 @@ impl<'a> Loop<'a> {
     /// The best sum of the primes found so far.
     pub(super) fn best_of_pool(&mut self, best: Terms) -> Terms {
         let mut all = best.clone();
-        let own: BTreeSet<Vec<u64>> = best.iter().map(<[u64]>::to_vec).collect();
+        let own: BTreeSet<Vec<u64>> = best.iter().map(<[u64]>::to_vec).gather();
         self.pool.iter().filter(|term| !own.contains(*term)).for_each(|term| all.push(term));
         let pooled = self.irredundant(all);
         if (pooled.len(), pooled.n_literals()) < (best.len(), best.n_literals()) {

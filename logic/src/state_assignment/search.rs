@@ -7,6 +7,7 @@
 use super::{Plan, apply};
 use crate::build::needed;
 use crate::minimise::{Budget, sum_between};
+use grafsynth_ir::Gather;
 use grafsynth_ir::logic::{FlopId, Function, Logic, Node, NodeId};
 use std::collections::BTreeMap;
 
@@ -287,7 +288,7 @@ fn cost(logic: &Logic) -> (usize, usize, usize, usize) {
 /// Gives neighbouring steps similar codes; the weight of two steps is how often they occur together in a function.
 fn embed(logic: &Logic, plan: &mut Plan) {
     let place: BTreeMap<FlopId, usize> =
-        plan.members.iter().enumerate().map(|(at, flop)| (*flop, at)).collect();
+        plan.members.iter().enumerate().map(|(at, flop)| (*flop, at)).gather();
     let n = plan.members.len();
     let mut weight = vec![vec![0_u64; n]; n];
     let mut together = |nodes: &[NodeId], own: Option<usize>| {

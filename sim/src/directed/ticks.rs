@@ -1,5 +1,6 @@
 //! The `dt` values at which something changes in a state: at, just before and just after each threshold of a running counter.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::expr::{Expr, ExprKind};
@@ -41,7 +42,7 @@ impl Thresholds {
     #[must_use]
     pub fn ahead(&self, simulator: &Simulator<'_>, max_dt: u32) -> Vec<u32> {
         let left = self.left(simulator);
-        let around: BTreeSet<i64> = left.iter().flat_map(|it| [it - 1, *it, it + 1]).collect();
+        let around: BTreeSet<i64> = left.iter().flat_map(|it| [it - 1, *it, it + 1]).gather();
         around
             .into_iter()
             .filter_map(|it| u32::try_from(it).ok())

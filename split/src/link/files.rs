@@ -1,5 +1,6 @@
 //! The C of a link: `NAME_link.h`, `NAME_link.c` and `NAME_link_pins.h`, printed from the acts and the connections.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::Type;
@@ -71,9 +72,9 @@ impl<'l> Text<'l> {
             | Act::AskCpu { .. }
             | Act::Clock { .. } => None,
         };
-        let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).collect();
+        let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).gather();
         let members =
-            all.into_iter().map(|id| (id, namer.name(&request.net.inputs[id].name.text))).collect();
+            all.into_iter().map(|id| (id, namer.name(&request.net.inputs[id].name.text))).gather();
         let has_tick = link.acts.iter().any(|act| matches!(act, Act::Put { value: Put::Tick, .. }));
         Text { request, link, members, has_dt: has_tick || request.names.dt.is_some() }
     }

@@ -3,6 +3,7 @@
 //! J. W. Chinneck, E. W. Dravnieks: Locating minimal infeasible constraint sets in linear programs, 1991. Constraints are removed as long as the rest stays
 //! infeasible, here in halves first, because most are not needed.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use super::problem::{Choice, PartIndex, Problem};
@@ -139,7 +140,7 @@ impl Filter<'_> {
 ///
 /// A node without its constraint costs and uses nothing on a part where it was not allowed.
 fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usize)>) -> Problem {
-    let kept: BTreeSet<_> = kept.iter().copied().collect();
+    let kept: BTreeSet<_> = kept.iter().copied().gather();
     let mut relaxed = problem.clone();
     let nothing = Choice { cost: 0, uses: vec![0; problem.resources()] };
     for (index, node) in relaxed.nodes.iter_mut().enumerate() {

@@ -1,5 +1,6 @@
 //! The problem after reduction: decided nodes are removed, and nodes that must be together are merged.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::problem::{NodeIndex, PartIndex, Problem};
@@ -184,7 +185,7 @@ impl Work {
         let mut forbidden = Vec::new();
         for set in &problem.forbidden {
             let set: BTreeSet<_> =
-                set.decisions().iter().map(|&(node, part)| (class[node], part)).collect();
+                set.decisions().iter().map(|&(node, part)| (class[node], part)).gather();
             // One class on two parts: some decision is always different.
             let mut nodes: Vec<_> = set.iter().map(|&(node, _)| node).collect();
             nodes.dedup();
@@ -385,7 +386,7 @@ fn classes(problem: &Problem) -> Vec<usize> {
 fn nets(problem: &Problem, class: &[usize]) -> BTreeMap<(Vec<usize>, bool), (i64, i64)> {
     let mut nets: BTreeMap<(Vec<usize>, bool), (i64, i64)> = BTreeMap::new();
     let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| {
-        nodes.map(|node| class[node]).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
+        nodes.map(|node| class[node]).gather::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
     };
     for wire in &problem.wires {
         let members = members(&mut wire.readers.iter().copied().chain([wire.driver]));

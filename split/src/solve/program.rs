@@ -4,6 +4,7 @@
 //! and `all` is 1 if all members are there (all ≤ each member). A wire is cut by 1 − Σ all, and has any − all pins on a part; an input has `any` pins. Only
 //! the variables of nodes are binary: the others then take the right value or one that is no better.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use microlp::{ComparisonOp, OptimizationDirection, SolveOptions, TerminationReason, Variable};
@@ -91,7 +92,7 @@ impl<'a> Program<'a> {
 
     fn variable(&mut self, is_binary: bool) -> Sum {
         self.variables.push(is_binary);
-        Sum { constant: 0.0, terms: BTreeMap::from([(self.variables.len() - 1, 1.0)]) }
+        Sum { constant: 0.0, terms: [(self.variables.len() - 1, 1.0)].into_iter().gather() }
     }
 
     fn add_nodes(&mut self) {

@@ -5,6 +5,7 @@
 //!
 //! How a set was found proves nothing here: [`keeps_one`] checks each of them against the net itself, with the conditions of the module `cover`.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
@@ -51,11 +52,11 @@ impl<'n> Checker<'n> {
             }
         }
         let forced = net.forcings.iter().map(|forcing| {
-            let parts = forcing.target.iter().map(|part| part.index()).collect();
+            let parts = forcing.target.iter().map(|part| part.index()).gather();
             let situation = match &forcing.order {
                 ForcingOrder::Hold => None,
                 ForcingOrder::Situation(steps) => {
-                    Some(closure(net, steps.iter().copied()).into_iter().collect())
+                    Some(closure(net, steps.iter().copied()).into_iter().gather())
                 }
             };
             (parts, situation)
@@ -72,7 +73,7 @@ impl<'n> Checker<'n> {
             return false;
         }
         let moves: BTreeSet<TransitionId> =
-            set.iter().flat_map(|step| self.touching[*step].iter().copied()).collect();
+            set.iter().flat_map(|step| self.touching[*step].iter().copied()).gather();
         let keeps = moves.into_iter().all(|id| {
             let transition = &self.net.transitions[id];
             let taken = transition.requires.iter().filter(|step| set.contains(step)).count();
@@ -108,7 +109,7 @@ pub(super) fn derived(
     let mut known: BTreeMap<u32, Option<BTreeSet<StepId>>> = BTreeMap::new();
     let mut found = Vec::new();
     for steps in candidates {
-        let set: BTreeSet<StepId> = steps.into_iter().collect();
+        let set: BTreeSet<StepId> = steps.into_iter().gather();
         if set.len() <= budget && checker.keeps_one(&set) {
             budget -= set.len();
             found.push(set.into_iter().collect());
@@ -126,7 +127,7 @@ pub(super) fn derived(
         }
         let mut set = match known.get(&at) {
             Some(set) => set.clone(),
-            None => always.get(&at).map(|steps| steps.iter().copied().collect()),
+            None => always.get(&at).map(|steps| steps.iter().copied().gather()),
         };
         for (at, branch) in chain.into_iter().rev() {
             if let Some(mut own) = set.take() {

@@ -1,5 +1,6 @@
 //! The correspondence between pins and flip-flops of a circuit and objects of the net.
 
+use grafsynth_ir::Gather;
 use itertools::Itertools as _;
 use std::collections::BTreeMap;
 
@@ -121,7 +122,7 @@ impl Binding {
             logic.decoded.iter().map(|bit| (bit.holds, Shown::Function { node: bit.node }));
         let all: Vec<_> = held.chain(decoded).collect();
         let bits: BTreeMap<Origin, Shown> =
-            all.iter().map(|(holds, shown)| (holds.origin, *shown)).collect();
+            all.iter().map(|(holds, shown)| (holds.origin, *shown)).gather();
         for (step, origins) in shown_by(net, |origin| bits.contains_key(&origin)).iter() {
             if origins.is_empty() || origins == &[Origin::Step(step)] {
                 continue;

@@ -9,6 +9,7 @@ mod structural;
 
 pub(crate) use search::{Search, Shown, limits};
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::diag::joined;
@@ -147,7 +148,7 @@ fn step_names(net: &Net, steps: impl IntoIterator<Item = StepId>) -> String {
 }
 
 fn unreachable(net: &Net, facts: &Facts, out: &mut Vec<Diagnostic>) {
-    let never: BTreeSet<StepId> = facts.unreachable_steps.iter().copied().collect();
+    let never: BTreeSet<StepId> = facts.unreachable_steps.iter().copied().gather();
     let causes = constant::causes(net);
     let explained = explained(net, &never, &causes);
     for step in never.iter().filter(|step| !net.steps[**step].hidden && !explained.contains(step)) {

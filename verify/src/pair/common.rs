@@ -1,5 +1,6 @@
 //! The common part of two nets: shared inputs, compared columns, and what is omitted.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -286,7 +287,7 @@ fn inputs(
     let is_given = |kind: InputKind| kind != InputKind::InternalEvent;
     let named = |net: &Net| -> BTreeMap<String, InputId> {
         let given = net.inputs.iter().filter(|(_, input)| is_given(input.kind));
-        given.map(|(id, input)| (input.name.text.clone(), id)).collect()
+        given.map(|(id, input)| (input.name.text.clone(), id)).gather()
     };
     let (ours, theirs) = (named(left), named(right));
     let mut inputs = Vec::new();
@@ -329,7 +330,7 @@ fn steps(left: &Net, right: &Net) -> Option<Vec<(StepId, StepId)>> {
                     StepKind::Composite | StepKind::Parallel => false,
                 }
         });
-        steps.map(|(id, step)| (step.name.text.clone(), id)).collect()
+        steps.map(|(id, step)| (step.name.text.clone(), id)).gather()
     };
     let (ours, theirs) = (shown(left), shown(right));
     ours.keys()
@@ -353,7 +354,7 @@ fn columns(
         .filter(|(_, column)| !column.kind.is_given())
         // A chart may have an output called `steps` or `fault`, which is not the column with that meaning.
         .map(|(at, column)| ((column.name.as_str(), is_own(column.kind)), at))
-        .collect();
+        .gather();
     for (at, column) in
         layouts.0.columns.iter().enumerate().filter(|(_, column)| !column.kind.is_given())
     {
@@ -390,7 +391,7 @@ fn is_own(kind: ColumnKind) -> bool {
 fn assumptions(left: &Net, right: &Net, omitted: &mut Vec<Omitted>) {
     let texts = |net: &Net| -> BTreeSet<String> {
         let assumed = net.properties.iter().filter(|one| one.role == PropertyRole::Assume);
-        let mut texts: BTreeSet<String> = assumed.map(|one| assumption(net, one)).collect();
+        let mut texts: BTreeSet<String> = assumed.map(|one| assumption(net, one)).gather();
         if net.settings.events_exclusive {
             let events = net.inputs.values().filter(|input| input.kind == InputKind::Event);
             let mut names: Vec<&str> = events.map(|input| input.name.text.as_str()).collect();

@@ -1,5 +1,6 @@
 //! Functions as and-inverter graphs, hashed so that equal structures are one node, and an equivalence check.
 
+use grafsynth_ir::Gather;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasherDefault, Hasher};
@@ -227,7 +228,7 @@ impl Aig {
                 }
             }
             if all.len() + todo.len() > limit {
-                return BTreeSet::from([root]);
+                return [root].into_iter().gather();
             }
         }
         all

@@ -16,6 +16,7 @@
 //! The proof also shows that the power-up code decodes to the initial situation. Unused codes may behave in any way. The claim that the circuit never reaches them
 //! ([`Logic::unreachable`]) is not trusted: it is one more invariant of the same induction, assumed before the clock and proved after it.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::logic::{Logic, NodeId};
@@ -85,7 +86,7 @@ impl Model<'_> {
         self.code_bits = names
             .filter(|(lit, _)| self.decodes.contains_key(lit))
             .map(|(lit, flop)| (*lit, flop.name.clone()))
-            .collect();
+            .gather();
         for claim in claims {
             let lit = nodes[claim.index()];
             let support = self.maker.aig.support(&[lit], CONE).unwrap_or_default();

@@ -1,6 +1,7 @@
 //! Functions under each of several cases: one of some variables is true, the others are false. From one case to the next, only what depends on the two variables
 //! that change is evaluated again, so that a thousand cases cost little more than one.
 
+use grafsynth_ir::Gather;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
@@ -42,11 +43,11 @@ impl Aig {
             .collect();
         let users = users_of(&operands);
         let mut now: Vec<Lit> = cone.iter().map(|node| Lit::of_node(*node)).collect();
-        let places: BTreeMap<Lit, usize> = now.iter().copied().zip(0..).collect();
+        let places: BTreeMap<Lit, usize> = now.iter().copied().zip(0..).gather();
         let place_of: BTreeMap<Lit, usize> = variables
             .iter()
             .filter_map(|variable| Some((*variable, *places.get(variable)?)))
-            .collect();
+            .gather();
         place_of.values().for_each(|at| now[*at] = Lit::FALSE);
         let mut todo = Todo::all(cone.len());
         let mut residues = vec![Residue::new(); roots.len()];

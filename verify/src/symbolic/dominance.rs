@@ -6,6 +6,7 @@
 //! has no defined value; if the rest of the condition decides without it, the condition still counts as true. Calls in lists are made during an emergency too,
 //! so they are not checked (semantics §3.8).
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
@@ -122,7 +123,7 @@ fn prove(
         hold(&decoded.holds, nodes[decoded.node.index()]);
     }
     let shown = shown_by(net, |origin| bits.contains_key(&(origin, 0, 0)));
-    let active = shown.iter().map(|(step, origins)| (step, origins.clone())).collect();
+    let active = shown.iter().map(|(step, origins)| (step, origins.clone())).gather();
     let caps = caps(net)?;
     let mut circuit = Circuit { net, aig, inputs, bits, active, caps, tick, is_latched: false };
     let holds = circuit.holds(condition, false)?;
@@ -170,7 +171,7 @@ fn prove(
 fn caps(net: &Valid<Net>) -> Result<BTreeMap<Origin, i64>, String> {
     let program = program(net, &ProgramOptions::default())
         .map_err(|_| "the ranges of the counters of the circuit are not known".to_owned())?;
-    Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).collect())
+    Ok(program.cells.values().map(|cell| (cell.origin, cell.ty.bounds().1)).gather())
 }
 
 /// A Boolean whose value is undefined if it depends on an invalid code.

@@ -1,5 +1,6 @@
 //! The forced charts of a net, their forcing steps, and the precedence of the orders.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::net::{ForcingOrder, Net, StepId, TransitionId};
@@ -23,10 +24,10 @@ pub(super) struct ForcedChart {
 pub(super) fn forced_charts(net: &Net) -> Result<Vec<ForcedChart>, String> {
     let mut charts: Vec<(BTreeSet<usize>, ForcedChart)> = Vec::new();
     for forcing in &net.forcings {
-        let parts: BTreeSet<usize> = forcing.target.iter().map(|part| part.index()).collect();
+        let parts: BTreeSet<usize> = forcing.target.iter().map(|part| part.index()).gather();
         let wanted = match &forcing.order {
             ForcingOrder::Situation(steps) => {
-                Some(cover::closure(net, steps.iter().copied()).into_iter().collect())
+                Some(cover::closure(net, steps.iter().copied()).into_iter().gather())
             }
             ForcingOrder::Hold => None,
         };

@@ -41,6 +41,7 @@ mod statechart;
 mod sweep;
 mod values;
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
@@ -213,12 +214,12 @@ impl<'n> Model<'n> {
         for (word, bit, lit) in &words {
             bit_of.insert(*lit, if width[word] == 0 { 0 } else { 64 - bit });
         }
-        let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).collect();
+        let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).gather();
         let valid_of = valid
             .iter()
             .enumerate()
             .flat_map(|(at, (bits, _))| bits.iter().map(move |bit| (*bit, at)))
-            .collect();
+            .gather();
         if !net.settings.events_exclusive {
             events.clear();
         }

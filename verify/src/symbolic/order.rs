@@ -8,6 +8,7 @@
     reason = "an order of variables changes only the time of a proof"
 )]
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::facts::Facts;
@@ -49,7 +50,7 @@ pub(super) fn order(
     }
     words.insert(Word::Time, time.to_vec());
     let word_of: BTreeMap<Lit, Word> =
-        words.iter().flat_map(|(word, bits)| bits.iter().map(|bit| (*bit, *word))).collect();
+        words.iter().flat_map(|(word, bits)| bits.iter().map(|bit| (*bit, *word))).gather();
 
     let place_of_step = places(net, facts);
     let mut place: BTreeMap<Word, Place> = BTreeMap::new();

@@ -4,6 +4,7 @@
 //! The encoded reaction covers at most one tick. Here any number of ticks may pass: `dt` is one more input, as wide as the longest time that the net
 //! compares or waits for (beyond its cap no counter distinguishes one `dt` from the next).
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
@@ -207,13 +208,13 @@ fn attempt(
     let mut supports = model.maker.aig.supports(&roots, graph_nodes * 16).ok_or_else(too_large)?;
     let asked_supports = supports.split_off(next.len() + legal.len());
     let legal_supports = supports.split_off(next.len());
-    let mut reads: BTreeMap<Key, Vec<Lit>> = next.keys().copied().zip(supports).collect();
+    let mut reads: BTreeMap<Key, Vec<Lit>> = next.keys().copied().zip(supports).gather();
     keep_what_matters(&model, &mut reads, asked_supports.iter().flatten());
     let mut input_lits: Vec<Lit> = model.input_bits.values().copied().collect();
     input_lits.extend(&time);
     let sequence = order(net, facts, &model.state_bits, &model.input_bits, &time, &reads);
     let level: BTreeMap<Lit, u32> =
-        sequence.into_iter().zip((0..).map(|place: u32| 2 * place)).collect();
+        sequence.into_iter().zip((0..).map(|place: u32| 2 * place)).gather();
     roots.clear();
     roots.extend(reads.keys().map(|key| next[key]));
     let n_next = roots.len();
@@ -456,7 +457,7 @@ pub(super) fn initial(model: &mut Model<'_>) -> Result<BTreeMap<Key, bool>, Fail
 /// The conditions on the inputs in every row: valid codes, assumptions, exclusive events.
 pub(super) fn legal_inputs(model: &mut Model<'_>) -> Vec<Lit> {
     let net = model.maker.net;
-    let is_input: BTreeSet<Lit> = model.input_bits.values().copied().collect();
+    let is_input: BTreeSet<Lit> = model.input_bits.values().copied().gather();
     let mut legal: Vec<Lit> = model
         .valid
         .iter()

@@ -1,5 +1,6 @@
 //! Which of the fireable transitions fire: semantics §4 as functions.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
@@ -167,7 +168,7 @@ impl Maker<'_> {
             }
             // Transitions that are known not to be taken: at first those that are not fireable.
             let mut out: BTreeMap<TransitionId, Lit> =
-                group.iter().map(|t| (*t, !self.free[t.index()])).collect();
+                group.iter().map(|t| (*t, !self.free[t.index()])).gather();
             let mut taken: BTreeMap<TransitionId, Lit> = BTreeMap::new();
             for _ in 0..rounds {
                 for t in &group {

@@ -1,5 +1,6 @@
 //! The state of a net (semantics §2), as functions.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{Expr, ExprKind, Type};
@@ -218,7 +219,7 @@ impl Shape {
             .older
             .iter()
             .map(|(a, b)| ((*a, *b), make(Origin::Older(*a, *b), 0, Type::Bool).flag()))
-            .collect();
+            .gather();
         let q =
             net.actions.ids().map(|id| make(Origin::ActionQ(id), 0, Type::Bool).flag()).collect();
         let latches = self
@@ -227,7 +228,7 @@ impl Shape {
             .map(|(id, part)| {
                 ((*id, *part), make(Origin::ActionLatch(*id, *part), 0, Type::Bool).flag())
             })
-            .collect();
+            .gather();
         let times = self
             .times
             .iter()
@@ -235,7 +236,7 @@ impl Shape {
                 let cap = i64::from(net.actions[*id].duration);
                 ((*id, *part), make(Origin::ActionTimer(*id, *part), 0, ticks(cap)).number())
             })
-            .collect();
+            .gather();
         let raised = net
             .inputs
             .ids()
@@ -263,12 +264,12 @@ impl Shape {
                 let origin = Origin::Recorded(*history, *step);
                 ((*history, *step), make(origin, 0, Type::Bool).flag())
             })
-            .collect();
+            .gather();
         let ended = chart
             .ended
             .iter()
             .map(|part| (*part, make(Origin::Ended(*part), 0, Type::Bool).flag()))
-            .collect();
+            .gather();
         let kept = chart
             .kept
             .iter()
@@ -276,7 +277,7 @@ impl Shape {
                 let origin = Origin::HeldOutput(*output, *part);
                 ((*output, *part), make(origin, 0, Type::Bool).flag())
             })
-            .collect();
+            .gather();
         let mut queue = |bound: Option<u32>, items: Origin, length: Origin| {
             let bound = bound?;
             let ty = Type::Int { lo: 0, hi: chart.n_events };

@@ -6,6 +6,7 @@ use super::super::tree::{Expr, Kind, Stmt, Type};
 use super::frame::replaced;
 use super::parts::is_handed_on;
 use super::{Cost, Local, Walker, width};
+use grafsynth_ir::Gather;
 use std::rc::Rc;
 
 /// The result of an expression.
@@ -503,7 +504,7 @@ impl Walker<'_> {
         match function.body.as_slice() {
             [Stmt { kind: Kind::Return(Some(value)), .. }] => {
                 let names = function.parameters.iter().map(|(name, _)| &**name);
-                Some(replaced(value, &names.zip(arguments).collect()))
+                Some(replaced(value, &names.zip(arguments).gather()))
             }
             _ => None,
         }

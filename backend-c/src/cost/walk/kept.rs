@@ -4,6 +4,7 @@
 //! A pointer to it that is passed to a part of the function (see [`super::parts`]) is replaced too, if the part also uses only its members.
 
 use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_expr, each_inner, names_in};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -49,7 +50,7 @@ pub(super) fn kept(
             each_expr(&function.body, &mut |it| is_kept &= asks_members(it, name, &may_take));
             is_kept
         });
-        let found = found.collect();
+        let found = found.gather();
         all.push(found);
     }
     // A pointer leads to a structure of its caller. Callers come last, so their own pointers are decided first.

@@ -13,6 +13,7 @@ mod parts;
 mod stmt;
 mod trace;
 
+use grafsynth_ir::Gather;
 pub use trace::Place;
 
 use self::frame::{Frame, is_one_return};
@@ -195,7 +196,7 @@ fn walked<'a>(
             .iter()
             .filter(|it| it.is_inline && is_one_return(it))
             .map(|it| (&*it.name, it))
-            .collect(),
+            .gather(),
         parts: BTreeMap::new(),
         summaries: Vec::new(),
         call_sites: Vec::new(),
@@ -359,7 +360,7 @@ fn needed<'a>(
     roots: &[String],
 ) -> Result<Vec<&'a Function>, NotUnderstood> {
     let by_name: BTreeMap<&str, usize> =
-        unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
+        unit.functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).gather();
     let mut order = Vec::new();
     // The state of each function: 0 not visited, 1 in progress, 2 done.
     let mut met = vec![0_u8; unit.functions.len()];

@@ -12,6 +12,7 @@ use super::super::memory::size;
 use super::super::tree::{Expr, Function, Kind, Stmt, Type, Unit, each_name};
 use super::frame::{Frame, is_one_return};
 use super::kept::{self, each_local, handed};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -151,7 +152,7 @@ pub(super) fn compiled(
     let frames: Vec<Frame> =
         functions.iter().map(|function| Frame::of(unit, machine, function)).collect();
     let by_name: BTreeMap<&str, usize> =
-        functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).collect();
+        functions.iter().enumerate().map(|(at, it)| (&*it.name, at)).gather();
     // For each function its call sites, and its last caller.
     let mut sites: Vec<(u64, usize)> =
         functions.iter().map(|it| (sites.get(&it.name).copied().unwrap_or(0), 0)).collect();
@@ -189,7 +190,7 @@ pub(super) fn compiled(
             let given = frames.get(*caller)?.arguments.get(&function.name)?;
             Some((&*function.name, (at, *caller, given.as_slice())))
         })
-        .collect();
+        .gather();
     let kept = kept::kept(unit, functions, &parts);
     // Structures in registers are no longer in memory, so no function becomes larger.
     let needs = program.whole(&mut is_part, &kept);
@@ -235,7 +236,7 @@ impl Program<'_> {
                 own.keep(self.unit, self.machine, function, kept);
             }
             let callees: BTreeSet<usize> =
-                frame.called.keys().filter_map(|name| self.by_name.get(&**name)).copied().collect();
+                frame.called.keys().filter_map(|name| self.by_name.get(&**name)).copied().gather();
             let called_parts: Vec<usize> =
                 callees.iter().copied().filter(|it| is_part.get(*it) == Some(&true)).collect();
             let part_needs: Vec<Need> = (called_parts.iter())

@@ -28,6 +28,7 @@ use crate::refusal::Refusal;
 use crate::style_output::{Engine, EngineFile, StyleOutput, with_unused};
 use crate::times::Ticks;
 use crate::{FileKind, Options};
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Enter, Evolution, Net};
 use grafsynth_ir::{IdMap, Span};
 use rules::Rules;
@@ -317,10 +318,10 @@ fn histories(
         let owner = history.owner.index();
         let deep = history.cases.iter().any(|case| tree.parent[case.step.index()] != Some(owner));
         let mut to = None;
-        let entered: BTreeSet<usize> = steps(&history.default).collect();
+        let entered: BTreeSet<usize> = steps(&history.default).gather();
         for state in steps(&history.default) {
             let Some(way) = tree.path(state, Some(owner)) else { continue };
-            let mut marked: BTreeSet<usize> = way.into_iter().collect();
+            let mut marked: BTreeSet<usize> = way.into_iter().gather();
             tree.descend(&mut marked, None);
             if marked == entered {
                 to = Some(state);
@@ -455,7 +456,7 @@ fn emit(
             include: "grafsynth_btrans.h",
             before,
             declarations: Vec::new(),
-            values: values.collect(),
+            values: values.gather(),
             image: Vec::new(),
             tables,
         }),

@@ -2,6 +2,7 @@
 
 use super::{Tabled, refuse};
 use crate::engine::Plan;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Enter, Net, StepKind, Transition, TransitionKind};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -115,12 +116,12 @@ impl Tree {
             Some(domain) => domain + 1..self.last[domain] + 1,
             None => 0..self.parent.len(),
         };
-        let clears: BTreeSet<usize> = transition.clears.iter().map(|it| it.index()).collect();
+        let clears: BTreeSet<usize> = transition.clears.iter().map(|it| it.index()).gather();
         let Some(way) = self.path(goal.to, domain) else { return false };
-        let mut marked: BTreeSet<usize> = way.into_iter().collect();
+        let mut marked: BTreeSet<usize> = way.into_iter().gather();
         let owner = goal.history.map(|_| goal.to);
         self.descend(&mut marked, owner);
-        range.eq(clears) && marked == steps(&transition.enters).collect()
+        range.eq(clears) && marked == steps(&transition.enters).gather()
     }
 }
 
@@ -148,10 +149,10 @@ pub(super) fn goals<'a>(plan: &Plan<'a>) -> Tabled<(Tree, Vec<Goal>)> {
             let Some(way) = way(case.step.index()) else {
                 return refuse("a history of states outside of its owner", history.meta.span);
             };
-            let way: BTreeSet<usize> = way.into_iter().collect();
+            let way: BTreeSet<usize> = way.into_iter().gather();
             let mut closed = way.clone();
             tree.descend(&mut closed, None);
-            let entered: BTreeSet<usize> = steps(&case.enters).collect();
+            let entered: BTreeSet<usize> = steps(&case.enters).gather();
             if entered != way && entered != closed
                 || case.enters.iter().any(|it| matches!(it, Enter::History(_)))
             {

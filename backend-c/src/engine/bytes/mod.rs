@@ -12,6 +12,7 @@ use super::image::narrow;
 use super::ops::{LOOPS, Machine, Op, STACK};
 use crate::queries::{carriers, is_c};
 use crate::refusal::Refusal;
+use grafsynth_ir::Gather;
 use grafsynth_ir::Span;
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
@@ -480,7 +481,7 @@ impl<'a> Assembler<'a> {
             return Ok(());
         }
         let mentioned: BTreeSet<InputId> =
-            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).collect();
+            (expressions.iter()).flat_map(|expr| expr.leaves()).filter_map(Leaf::input).gather();
         for input in mentioned {
             let Some(flag) = self.lazy.get(&input).copied() else { continue };
             let asked = Expr::leaf(Leaf::Temp(temp_id(flag)), Span::default());

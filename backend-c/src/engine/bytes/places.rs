@@ -2,6 +2,7 @@
 
 use crate::engine::image::narrow;
 use crate::queries::is_c;
+use grafsynth_ir::Gather;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 use grafsynth_ir::program::{Cell, CellId, Program, ResetEffect, Stmt, statements};
@@ -58,13 +59,12 @@ impl Places {
         });
         let handed = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
         let asked = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
-        let inputs =
-            handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).collect();
+        let inputs = handed.chain(asked).enumerate().map(|(at, (id, _))| (id, narrow(at))).gather();
         let is_action = |id: &OutputId| net.outputs[*id].is_extern();
         let all: Vec<OutputId> = net.outputs.iter().map(|(id, _)| id).collect();
         let actions: Vec<OutputId> = all.iter().copied().filter(is_action).collect();
         let others = all.iter().copied().filter(|id| !is_action(id));
-        let outputs = others.enumerate().map(|(at, id)| (id, narrow(at))).collect();
+        let outputs = others.enumerate().map(|(at, id)| (id, narrow(at))).gather();
         let mut texts = Vec::new();
         let mut note = |language: &str, text: &str| {
             if is_c(language) && !texts.iter().any(|known| known == text) {

@@ -22,6 +22,7 @@ use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options, trace};
 use frame::Framed;
 pub(super) use frame::Surroundings;
+use grafsynth_ir::Gather;
 use grafsynth_ir::IdMap;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
@@ -177,7 +178,7 @@ impl<'a> Emit<'a> {
                 .iter()
                 .filter(|(_, used)| **used)
                 .map(|(edge, _)| edge)
-                .collect(),
+                .gather(),
             ticks: cap.map(Ticks::for_cap),
             locals,
             stable,

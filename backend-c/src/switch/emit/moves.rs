@@ -9,6 +9,7 @@ use crate::style_output::{mentions, without_unused};
 use crate::switch::plan::{Latch, Machine, Plan, receptivity};
 use crate::times::Ticks;
 use crate::trace;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Expr, InputId, Leaf, Policy, StepId, TransitionId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -267,7 +268,7 @@ impl Emit<'_> {
     /// Calls the extern conditions that a transition mentions, unless they are called at the start.
     pub(super) fn ask(&mut self, id: TransitionId, step: StepId) -> Vec<Node> {
         let guard = &self.net.transitions[id].guard;
-        let mentioned: BTreeSet<InputId> = guard.leaves().filter_map(Leaf::input).collect();
+        let mentioned: BTreeSet<InputId> = guard.leaves().filter_map(Leaf::input).gather();
         let owner = self.plan.place[step].0;
         let others = self.other_sources(id, owner);
         let mut nodes = Vec::new();
@@ -313,7 +314,7 @@ impl Emit<'_> {
         when: &[CExpr],
     ) -> Vec<Node> {
         let mentioned: BTreeSet<InputId> =
-            exprs.flat_map(Expr::leaves).filter_map(Leaf::input).collect();
+            exprs.flat_map(Expr::leaves).filter_map(Leaf::input).gather();
         mentioned
             .into_iter()
             .filter(|input| self.plan.latches.get(input) == Some(&Latch::OnDemand))
@@ -356,7 +357,7 @@ impl Emit<'_> {
         all.push(c_expr(&guard, &mut Reader { emit: self, place: Place::Guard { step, asked } }));
         let policy_competes = net.settings.policy != Policy::All;
         if policy_competes {
-            let mut seen = BTreeSet::from([id]);
+            let mut seen: BTreeSet<_> = [id].into_iter().gather();
             for other in net.transitions[id].requires.clone() {
                 if self.plan.place[other].0 == owner {
                     continue;

@@ -7,6 +7,7 @@ use crate::c::print::{Arm, Kind, Node};
 use crate::cexpr::{CExpr, Prec, c_expr};
 use crate::safe;
 use crate::switch::plan::Plan;
+use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Driver, ExternCall, OutputId, StepId};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -97,7 +98,7 @@ impl Emit<'_> {
                     let mut arms = Vec::new();
                     // If one variable requests all calls, at most one step does so at a time.
                     let machines: BTreeSet<usize> =
-                        calls.iter().map(|it| self.plan.place[it.step].0).collect();
+                        calls.iter().map(|it| self.plan.place[it.step].0).gather();
                     let mut calls: Vec<&ExternCall> = calls.iter().collect();
                     // The first active step in declaration order gives the arguments.
                     calls.sort_by_key(|call| call.step);

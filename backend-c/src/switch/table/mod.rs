@@ -17,6 +17,7 @@ use crate::range::Range;
 use crate::style_output::Member;
 use crate::times::count_type;
 use crate::{Object, Options, Style};
+use grafsynth_ir::Gather;
 use grafsynth_ir::expr::{Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{
     Driver, Evolution, Expr, InputId, Leaf, Net, OutputId, StepId, TransitionId,
@@ -92,14 +93,14 @@ impl Tables {
                 .iter()
                 .flat_map(|(_, it)| &it.rows)
                 .flat_map(|(term, ..)| term.keys().copied())
-                .collect();
+                .gather();
             let outputs: BTreeSet<OutputId> = machine
                 .steps
                 .iter()
                 .filter_map(|step| drives.get(step))
                 .flatten()
                 .copied()
-                .collect();
+                .gather();
             if inputs.len() > 2 * SHARED_BITS || outputs.len() > 2 * SHARED_BITS {
                 continue;
             }

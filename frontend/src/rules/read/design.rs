@@ -1,5 +1,6 @@
 //! Builds the chart that lists, rules and options describe together.
 
+use grafsynth_ir::Gather;
 use itertools::Itertools as _;
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -256,7 +257,7 @@ impl Builder<'_> {
     /// Outputs on the right side of transition rules.
     fn mealy_outputs(&self) -> BTreeSet<String> {
         let names = self.rules.transition_rules.iter().flat_map(|rule| &rule.right);
-        names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).collect()
+        names.filter(|(is_next, _)| !is_next).map(|(_, name)| name.text.clone()).gather()
     }
 
     /// Adds inputs and outputs in the order of their lists, then everything that only options declare. Returns all other options. An action
@@ -348,9 +349,9 @@ impl Builder<'_> {
             .enumerate()
             .rev()
             .map(|(index, name)| (name.text.clone(), index))
-            .collect();
+            .gather();
         let mut rules = std::mem::take(&mut self.rules.transition_rules);
-        let with_rule: BTreeSet<&str> = rules.iter().map(|rule| rule.label.text.as_str()).collect();
+        let with_rule: BTreeSet<&str> = rules.iter().map(|rule| rule.label.text.as_str()).gather();
         for name in &self.rules.transitions {
             if !with_rule.contains(name.text.as_str()) && !self.rules.unread.contains(&name.text) {
                 self.findings.report(|| {
@@ -637,7 +638,7 @@ impl Builder<'_> {
         }
         let begins = self.begins_nowhere(&marking);
         let marking: BTreeSet<String> =
-            begins.into_iter().chain(marking).map(|name| name.text).collect();
+            begins.into_iter().chain(marking).map(|name| name.text).gather();
         for name in &self.rules.steps {
             let mut step = self.options.steps.remove(&name.text).unwrap_or_default();
             step.name = name.clone();

@@ -1,5 +1,6 @@
 //! The state that all parts of the elaboration share: frames of names, instances, the chart under construction, findings.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{Declaration, DeclarationKind, Expr, Item, Path};
@@ -133,7 +134,7 @@ pub(super) struct Elaborator<'a> {
 
 /// The callable bodies of a unit.
 pub(super) fn bodies_of(actions: &[Action]) -> BTreeMap<&Symbol, &[Stmt]> {
-    actions.iter().map(|action| (&action.name.id, action.body.as_slice())).collect()
+    actions.iter().map(|action| (&action.name.id, action.body.as_slice())).gather()
 }
 
 impl<'a> Elaborator<'a> {

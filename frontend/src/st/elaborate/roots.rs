@@ -1,5 +1,6 @@
 //! Which units become charts, and the chart of each: its declarations, settings and behaviour.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{Chart, Design, Item, Setting, SettingKind};
@@ -190,7 +191,7 @@ impl Elaborator<'_> {
     /// Function blocks with charts whose instances these units contain, directly or indirectly.
     fn charts_of(&self, pous: &[usize]) -> Vec<usize> {
         let mut found: Vec<usize> = Vec::new();
-        let mut seen: BTreeSet<usize> = pous.iter().copied().collect();
+        let mut seen: BTreeSet<usize> = pous.iter().copied().gather();
         let mut next = pous.to_vec();
         while let Some(pou) = next.pop() {
             for var in &self.unit(pou).vars {

@@ -1,5 +1,6 @@
 //! Charts: steps with their actions, transitions, and the handling of Booleans that are actions.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -422,7 +423,7 @@ impl<'a> Elaborator<'a> {
         };
         let (sources, targets) = (side(self, &transition.from), side(self, &transition.to));
         let left = sources.iter().flat_map(|path| &path.names);
-        self.leaving = left.map(|name| name.text.clone()).collect();
+        self.leaving = left.map(|name| name.text.clone()).gather();
         let condition = self.condition(build.frame, &transition.condition);
         self.leaving.clear();
         if sources.len() != transition.from.len() || targets.len() != transition.to.len() {

@@ -10,6 +10,7 @@
 //! Timers with a variable preset work in the same way. A variable with computed values can be compared with other TIME values, but not with
 //! a running time.
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::diag::ErrorReported;
 use std::collections::BTreeSet;
 
@@ -36,7 +37,7 @@ fn joined(a: &Values, b: &Values, op: impl Fn(i64, i64) -> i64) -> Values {
     if a.len().saturating_mul(b.len()) > MAX_VALUES * MAX_VALUES {
         return None;
     }
-    let all: BTreeSet<i64> = a.iter().flat_map(|x| b.iter().map(|y| op(*x, *y))).collect();
+    let all: BTreeSet<i64> = a.iter().flat_map(|x| b.iter().map(|y| op(*x, *y))).gather();
     (all.len() <= MAX_VALUES).then_some(all)
 }
 
@@ -57,7 +58,7 @@ impl Elaborator<'_> {
                         .help("use a time in whole milliseconds, or a constant"),
                     ));
                 }
-                Ok((Expr::new(ExprKind::Int(number), span), Some(BTreeSet::from([ns]))))
+                Ok((Expr::new(ExprKind::Int(number), span), Some([ns].into_iter().gather())))
             }
             Kind::Time(Time::Varying(values)) => Ok((value.expr, values)),
             Kind::Time(Time::Running | Time::Elapsed { .. }) => Err(self.report(
@@ -295,7 +296,7 @@ impl Elaborator<'_> {
         if given.is_empty() {
             return None;
         }
-        let mut values = BTreeSet::from([start]);
+        let mut values: BTreeSet<_> = [start].into_iter().gather();
         for one in given {
             values.extend(self.listed(frame, one.as_ref()?)?);
         }
@@ -313,12 +314,12 @@ impl Elaborator<'_> {
             return Some(all);
         }
         if let ast::ExprKind::Time(ns) = value.kind {
-            return Some(BTreeSet::from([ns]));
+            return Some([ns].into_iter().gather());
         }
         let ast::ExprKind::Name(name) = &value.kind else { return None };
         match self.lookup(frame, &name.id)? {
             Binding::Value(Value { kind: Kind::Time(Time::Constant(ns)), .. }) => {
-                Some(BTreeSet::from([ns]))
+                Some([ns].into_iter().gather())
             }
             Binding::Place(place) => self.values_of(&place),
             Binding::Value(_) | Binding::Object(_) | Binding::Step(_) | Binding::Broken => None,

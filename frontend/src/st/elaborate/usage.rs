@@ -1,5 +1,6 @@
 //! How a unit uses its names. It is determined before the declarations, because it decides what each variable becomes in the chart.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::st::ast::{Arg, Element, Expr, ExprKind, Part, Pou, Section, Stmt, StmtKind};
@@ -110,7 +111,7 @@ impl Walk<'_> {
                 let params = root.as_ref().map(self.params).unwrap_or_default();
                 let inputs = arguments.iter().enumerate().filter(|(_, one)| !one.is_output);
                 let names = inputs.filter_map(|(place, one)| parameter(&params, place, one));
-                let names = names.map(|one| one.id.clone()).collect();
+                let names = names.map(|one| one.id.clone()).gather();
                 self.arguments(arguments, &params);
                 if let ExprKind::Name(instance) = &target.kind {
                     self.usage.read.insert(instance.id.clone());

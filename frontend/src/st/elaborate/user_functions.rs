@@ -1,5 +1,6 @@
 //! Functions that the user declares: a call runs the body symbolically, with expressions as the values of variables.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Span;
@@ -436,5 +437,7 @@ fn no(span: Span) -> Binding {
 /// The flags of a loop at its start, all false.
 fn lowered(span: Span) -> BTreeMap<Flag, Binding> {
     let start = Binding::Value(Value::int(0, span));
-    BTreeMap::from([(Flag::Left, no(span)), (Flag::Skipped, no(span)), (Flag::Variable, start)])
+    [(Flag::Left, no(span)), (Flag::Skipped, no(span)), (Flag::Variable, start)]
+        .into_iter()
+        .gather()
 }

@@ -1,5 +1,6 @@
 //! Expands macro-steps: textual IEC 61131-3 has none, and a net already contains their steps and transitions.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
@@ -15,7 +16,7 @@ pub(crate) fn flat(net: &Net) -> (Net, Vec<Diagnostic>) {
     if net.macros.is_empty() || net.settings.schedule != Schedule::Declared {
         return (flat, Vec::new());
     }
-    let macros: BTreeSet<&str> = net.macros.iter().map(|one| one.name.text.as_str()).collect();
+    let macros: BTreeSet<&str> = net.macros.iter().map(|one| one.name.text.as_str()).gather();
     let is_root = |id: PartId| !macros.contains(net.parts[id].name.text.as_str());
     let mut parts = Arena::new();
     let mut moved: BTreeMap<PartId, PartId> = BTreeMap::new();

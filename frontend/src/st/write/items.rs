@@ -1,6 +1,7 @@
 //! Turns a design into programs of IEC 61131-3 and makes every decision except the text layout. PLCopen XML is written from the same
 //! programs.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::chart::{
@@ -719,7 +720,7 @@ impl<'a> Maker<'a> {
             .sources
             .iter()
             .filter_map(|path| path.names.first().map(|name| name.text.clone()))
-            .collect();
+            .gather();
         let mut conditions = Vec::new();
         if let Some(guard) = &transition.guard {
             let written = text::expr(self, guard);

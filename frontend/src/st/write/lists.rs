@@ -11,6 +11,7 @@
 //! the other while the lists run, and controlled outputs still have their values of the previous row. A step that is left and entered at
 //! once stays active for P0 and P1.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeSet;
 
 use grafsynth_ir::chart::{
@@ -93,10 +94,10 @@ pub(super) fn renewed(chart: &Chart) -> BTreeSet<&str> {
         })
     };
     let left: BTreeSet<String> =
-        transitions().flat_map(|one| &one.sources).map(ToString::to_string).collect();
+        transitions().flat_map(|one| &one.sources).map(ToString::to_string).gather();
     let entered = transitions().filter(|one| one.restart).flat_map(|one| &one.targets);
     let names = entered.filter(|path| left.contains(&path.to_string()));
-    names.filter_map(|path| path.names.last()).map(|name| name.text.as_str()).collect()
+    names.filter_map(|path| path.names.last()).map(|name| name.text.as_str()).gather()
 }
 
 /// The longest time in any comparison of a chart, in nanoseconds.

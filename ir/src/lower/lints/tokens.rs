@@ -1,6 +1,7 @@
 //! Warnings about transitions that leave more steps active than the designer probably intended. Examples are a source transition next to an initial step, and
 //! parallel branches that end separately.
 
+use crate::Gather;
 use std::collections::BTreeSet;
 
 use super::super::codes;
@@ -117,7 +118,7 @@ fn sources(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
             continue;
         };
         // All steps that transitions connect with the targets.
-        let mut steps: BTreeSet<StepId> = targets.iter().copied().collect();
+        let mut steps: BTreeSet<StepId> = targets.iter().copied().gather();
         let mut todo = targets.clone();
         let mut is_kept = true;
         while let Some(step) = todo.pop() {
@@ -188,7 +189,7 @@ fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
             targets.iter().map(|step| branch(flow, *step, &fork.requires)).collect();
         let Some(branches) = branches else { continue };
         let all: BTreeSet<StepId> =
-            branches.iter().flat_map(|branch| branch.steps.iter().copied()).collect();
+            branches.iter().flat_map(|branch| branch.steps.iter().copied()).gather();
         let asks = |step: &StepId| {
             flow.leaving[*step].iter().any(|one| flow.asks_for(&net.transitions[*one], &all))
         };
@@ -209,7 +210,7 @@ fn forks(flow: &Flow<'_>, out: &mut Vec<Diagnostic>) {
 
 /// The branch that begins with `first`; `None` if one of its steps waits for another branch, never ends, or is in an enclosing step.
 fn branch(flow: &Flow<'_>, first: StepId, ends: &[StepId]) -> Option<Branch> {
-    let mut branch = Branch { steps: BTreeSet::from([first]), back: Vec::new() };
+    let mut branch = Branch { steps: [first].into_iter().gather(), back: Vec::new() };
     let mut todo = vec![first];
     while let Some(step) = todo.pop() {
         if !flow.is_plain(step) {

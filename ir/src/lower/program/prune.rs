@@ -6,6 +6,7 @@
 //!
 //! Steps and variables are always kept, because a trace shows them.
 
+use crate::Gather;
 use std::collections::BTreeSet;
 
 use crate::arena::{Arena, IdMap};
@@ -40,7 +41,7 @@ pub(super) fn prune_pieces(
         temps: IdMap::build(&program.temps, |id, _| Some(id)),
     };
     loop {
-        let mut read: BTreeSet<Leaf> = lists.iter().flat_map(|list| reads(list)).collect();
+        let mut read: BTreeSet<Leaf> = lists.iter().flat_map(|list| reads(list)).gather();
         read.extend(exprs.iter().flat_map(|expr| expr.leaves()));
         read.extend(kept_cells.iter().filter_map(|id| all.cells[*id]).map(Leaf::Cell));
         read.extend(kept_temp.and_then(|id| all.temps[id]).map(Leaf::Temp));

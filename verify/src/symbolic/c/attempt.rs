@@ -1,5 +1,6 @@
 //! One attempt: a reaction of the net and a call of the C in one graph, and what must be true after them.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
@@ -118,7 +119,7 @@ impl<'a> Attempt<'a> {
         let singles = all.filter(|invariant| invariant.count == 1);
         for invariant in singles {
             let steps = invariant.steps.iter().map(|step| this.state.active[step.index()]);
-            this.invariants.push((steps.collect(), None));
+            this.invariants.push((steps.gather(), None));
         }
         for (place, holds) in &of.hint.state {
             let value = this.held(place, holds)?;

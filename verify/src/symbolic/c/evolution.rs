@@ -6,6 +6,7 @@
 //! in exactly those situations in which the net makes another check: its counter counts the checks, of which there are never more than a proved number. Last,
 //! the part after the loop gives the outputs and the state of the end of the reaction.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -433,7 +434,7 @@ impl<'a> Attempt<'a> {
             None => return false,
         };
         let support = self.program.aig.support(&lits, CONE);
-        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().collect();
+        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().gather();
         let known = |lit: &Lit| inputs.contains(lit) || self.constant_in_loop.contains(lit);
         support.is_some_and(|support| support.iter().all(known))
     }
@@ -597,7 +598,7 @@ impl<'a> Attempt<'a> {
         all.extend(self.model.valid.iter().map(|(_, holds)| *holds));
         all.extend(self.valid.iter().map(|(_, holds)| *holds));
         all.extend(&self.assumed);
-        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().collect();
+        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().gather();
         for (support, forbidden) in &self.model.forbidden {
             // What is assumed about the state is assumed between reactions only.
             if !is_within || support.iter().all(|lit| inputs.contains(lit)) {

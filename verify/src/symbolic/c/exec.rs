@@ -2,6 +2,7 @@
 //!
 //! Conditions of paths are relative to the statement that made them, so that an `if` without exits leaves nothing but the values that it changed.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -563,7 +564,7 @@ impl<'u> Program<'u> {
                         Label::Default => None,
                     })
                 })
-                .collect();
+                .gather();
             let default = target(i128::MAX);
             for (value, condition) in all {
                 let at = index.get(&value).copied().unwrap_or(default);

@@ -1,5 +1,6 @@
 //! The functions and structures of the interface: their objects in memory, and calls.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
@@ -221,7 +222,7 @@ impl Attempt<'_> {
         });
         let actions = hint.actions.iter().map(|(output, name)| (name, Extern::Action(*output)));
         let named = conditions.chain(actions);
-        let all = named.filter_map(|(name, known)| Some((self.function(name)?, known))).collect();
+        let all = named.filter_map(|(name, known)| Some((self.function(name)?, known))).gather();
         self.program.externs = all;
     }
 

@@ -1,6 +1,7 @@
 //! Questions about large functions, answered together. The reaction of the net and that of the C compute the same values in similar steps, for example micro-step
 //! by micro-step: nodes that have equal values in random runs are proved equal and merged, from the variables up, so that each query is small (module `sweep`).
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::net::Evolution;
@@ -136,7 +137,7 @@ impl Attempt<'_> {
 
     /// A random row for each run: few events, and mostly few ticks.
     fn row(&self, support: &[Lit], random: &mut Random) -> Pattern {
-        let mut row: Pattern = support.iter().map(|lit| (*lit, random.bits())).collect();
+        let mut row: Pattern = support.iter().map(|lit| (*lit, random.bits())).gather();
         for bit in &self.dt_bits {
             let rare = random.bits() & random.bits() & random.bits();
             row.insert(*bit, rare);

@@ -1,5 +1,6 @@
 //! The relation between the net and the instance: which states correspond to each other, and which outputs are equal.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_c::tree::StructId;
@@ -220,7 +221,7 @@ impl Attempt<'_> {
         steps: &[(StepId, i64)],
         has_none: bool,
     ) -> Result<(), String> {
-        let codes: BTreeSet<i64> = steps.iter().map(|(_, code)| *code).collect();
+        let codes: BTreeSet<i64> = steps.iter().map(|(_, code)| *code).gather();
         // In a statechart this is a question of its own.
         if self.of.net.settings.policy.is_statechart() && codes.len() == steps.len() {
             return Ok(());
@@ -336,7 +337,7 @@ impl Attempt<'_> {
                     known.push(is);
                 }
                 let codes: BTreeSet<i128> =
-                    steps.iter().map(|(_, code)| *code).chain(*none).map(i128::from).collect();
+                    steps.iter().map(|(_, code)| *code).chain(*none).map(i128::from).gather();
                 let unknown = match value.cases() {
                     Some(cases) => {
                         let other = cases.iter().filter(|(code, _)| !codes.contains(code));

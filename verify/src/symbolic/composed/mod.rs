@@ -14,6 +14,7 @@
 
 mod reading;
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Valid;
@@ -94,7 +95,7 @@ pub(super) fn prove(
     super::reaction::refuse_open_cells(net)?;
     let mut model = Model::of(net, Some(1), limits)?;
     model.prove_structure(limits)?;
-    let pieces: BTreeSet<Key> = model.state_bits.into_keys().collect();
+    let pieces: BTreeSet<Key> = model.state_bits.into_keys().gather();
     let registered = logic.outputs.values().any(|output| output.registered.is_some());
     if binding.busy.is_some() && registered {
         return Err("registered outputs of a circuit with `busy` are not covered".to_owned());
@@ -104,7 +105,7 @@ pub(super) fn prove(
     let logic = &logic;
     let known = Reading::known(net, logic, binding, &pieces)?;
     // The values that are known not to be constant; every other value that is not stored is assumed to be constant until it differs.
-    let mut varies: BTreeSet<Fixed> = known.into_iter().map(Fixed::Flop).collect();
+    let mut varies: BTreeSet<Fixed> = known.into_iter().map(Fixed::Flop).gather();
     let mut depths = DEPTHS.into_iter();
     let mut depth = depths.next();
     for _ in 0..ATTEMPTS {
@@ -192,7 +193,7 @@ impl<'a> Both<'a> {
         if reset_bits.values().any(|lit| lit.as_constant().is_none()) {
             return Err(Failed::Open("the reset does not lead to a single state".to_owned()));
         }
-        let pieces: BTreeSet<Key> = reset_bits.keys().copied().collect();
+        let pieces: BTreeSet<Key> = reset_bits.keys().copied().gather();
         let mut reading = Reading { net, logic, flops: BTreeMap::new(), others: BTreeMap::new() };
         let (mut flops, mut constants) = (Vec::new(), Vec::new());
         for (id, flop) in logic.flops.iter() {
@@ -564,7 +565,7 @@ fn differences(claims: &[Claim], words: &[u64]) -> Result<(), Failed> {
 fn legal(model: &mut Model<'_>, state: &State) -> Vec<Lit> {
     let net = model.maker.net;
     let inputs = model.inputs.clone();
-    let is_input: BTreeSet<Lit> = model.input_bits.values().copied().collect();
+    let is_input: BTreeSet<Lit> = model.input_bits.values().copied().gather();
     let mut all: Vec<Lit> = model
         .valid
         .iter()

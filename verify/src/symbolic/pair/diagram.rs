@@ -1,6 +1,7 @@
 //! All pairs of states that two nets reach together, as decision diagrams, ring by ring from reset. The result is exact for any number of ticks, and a
 //! difference comes with a shortest stimulus.
 
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_logic::bdd::{Bdd, Full, LimitExceeded, Ref};
@@ -85,7 +86,7 @@ fn attempt(joint: Joint<'_>, equal: &Equalities, work: &mut u64) -> Result<Diagr
     let legal_supports = legal_supports.to_vec();
     // Bits that no query depends on, directly or through others, are omitted.
     let place: BTreeMap<Lit, usize> =
-        kept.iter().enumerate().map(|(at, bit)| (bit.lit, at)).collect();
+        kept.iter().enumerate().map(|(at, bit)| (bit.lit, at)).gather();
     let mut matters: BTreeSet<usize> = BTreeSet::new();
     let mut todo: Vec<usize> =
         supports[..2].iter().flatten().filter_map(|lit| place.get(lit).copied()).collect();
@@ -219,7 +220,7 @@ impl Search {
                 ));
             };
             let ones: Ones =
-                choice.into_iter().filter(|(_, value)| *value).map(|(level, _)| level).collect();
+                choice.into_iter().filter(|(_, value)| *value).map(|(level, _)| level).gather();
             rows.push(ones.clone());
             if ring == self.rings {
                 rows.reverse();

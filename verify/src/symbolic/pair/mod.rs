@@ -3,6 +3,7 @@
 mod diagram;
 mod induction;
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
@@ -123,7 +124,7 @@ impl<'q> Joint<'q> {
                 Some((own?, shared.clone()))
             });
             let own_depth = depth.min(limit_of(net));
-            let mut model = Model::within(aig, net, Some(own_depth), limits, &shared.collect())?;
+            let mut model = Model::within(aig, net, Some(own_depth), limits, &shared.gather())?;
             model.maker.node_limit = limits.circuit_nodes;
             model.inputs.tick = Lit::TRUE;
             model.inputs.dt = Some(dt.clone());

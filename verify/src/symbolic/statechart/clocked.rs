@@ -3,6 +3,7 @@
 //!
 //! A step from a state between reactions begins with Latch; a step after which no check follows includes the end of the reaction.
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::Type;
@@ -100,15 +101,15 @@ impl Maker<'_> {
         let charts = self.shape.chart.ended.clone();
         let mut bits = Bits { bits: bits.to_vec(), at: 0 };
         let (running, fresh) = (bits.next(), bits.next());
-        let event = listened.iter().map(|event| (*event, bits.next())).collect();
+        let event = listened.iter().map(|event| (*event, bits.next())).gather();
         let count = bits.take(width(i64::from(limit_of(self.net))));
         let count = Number::from_code(&mut self.aig, &count, 0);
-        let had_ended = charts.into_iter().map(|chart| (chart, bits.next())).collect();
+        let had_ended = charts.into_iter().map(|chart| (chart, bits.next())).gather();
         let internal = self.read_queue(&like.internal, &mut bits);
         let external = match &like.external {
             External::Queue(queue) => External::Queue(self.read_queue(queue, &mut bits)),
             External::Row(_) => {
-                External::Row(listened.iter().map(|event| (*event, bits.next())).collect())
+                External::Row(listened.iter().map(|event| (*event, bits.next())).gather())
             }
         };
         Run {

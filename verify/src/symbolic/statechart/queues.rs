@@ -1,5 +1,6 @@
 //! The event queues of statecharts (semantics §5).
 
+use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::{ArithOp, CompareOp};
@@ -264,7 +265,7 @@ impl Maker<'_> {
         self.chart().run.external = external;
         let any = self.aig.or(from_inside, from_outside);
         let events =
-            events.into_iter().map(|(event, ways)| (event, self.aig.or_all(ways))).collect();
+            events.into_iter().map(|(event, ways)| (event, self.aig.or_all(ways))).gather();
         Taken { events, any, restarts }
     }
 

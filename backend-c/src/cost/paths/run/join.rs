@@ -2,6 +2,7 @@
 
 use super::super::values::Values;
 use super::{Done, Run, State, Step, Stopped};
+use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
@@ -65,7 +66,7 @@ impl Run<'_> {
             keys.iter().take(n).map(|cell| memory.get(*cell).and_then(|it| it.only())).collect()
         };
         let apart: BTreeSet<Vec<Option<i64>>> =
-            all.by_memory.keys().map(|(_, memory)| cells_of(memory, keys.len())).collect();
+            all.by_memory.keys().map(|(_, memory)| cells_of(memory, keys.len())).gather();
         let n = if apart.len() <= self.most_states { keys.len() } else { 0 };
         // If that is not few enough, all states are merged; but then the number of rounds of a loop is unknown.
         if n == 0 && self.depth > 0 && !keys.is_empty() {
