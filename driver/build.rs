@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             println!("cargo::rerun-if-changed={}", path.display());
         }
     }
-    pages.sort();
+    pages.sort_unstable();
     let mut text = String::from("pub(crate) const PAGES: &[(&str, &str)] = &[\n");
     for (code, path) in pages {
         writeln!(text, "    ({code:?}, include_str!({:?})),", path.display().to_string())?;

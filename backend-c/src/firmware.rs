@@ -87,7 +87,7 @@ pub fn firmware(all: &[(&Valid<Net>, &Package)]) -> String {
 pub fn renamed(net: &Valid<Net>, package: &Package, text: &str) -> String {
     let names = &package.interface.names;
     let mut functions = crate::names::library(net, names);
-    functions.sort();
+    functions.sort_unstable();
     functions.dedup();
     let define = |name: &String| format!("#define {name} {}_lib_{name}\n", names.prefix);
     let undefine = |name: &String| format!("#undef {name}\n");

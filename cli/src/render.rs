@@ -131,7 +131,7 @@ fn limit<'a, T>(
         let mut all: Vec<usize> = (0..sorted.len()).filter(|at| file(&sorted[*at]) == of).collect();
         if all.len() > max {
             hidden.push((of, all.len() - max));
-            all.sort_by_key(|at| (finding(&sorted[*at]).severity, *at));
+            all.sort_unstable_by_key(|at| (finding(&sorted[*at]).severity, *at));
             all[max..].iter().for_each(|at| is_kept[*at] = false);
         }
     }

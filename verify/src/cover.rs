@@ -70,7 +70,7 @@ fn finish(net: &Net, mut found: Found, more: Vec<Vec<StepId>>) -> Cover {
         steps.sort_unstable();
     }
     found.retain(|(steps, _)| !steps.is_empty());
-    found.sort();
+    found.sort_unstable();
     let mut component_of = IdMap::filled(&net.steps, None);
     let mut components = Vec::new();
     let mut invariants = Vec::new();

@@ -273,7 +273,7 @@ impl<'a> Guards<'a> {
                 _ => {}
             }
         }
-        thresholds.sort();
+        thresholds.sort_unstable();
         for pair in thresholds.windows(2) {
             if pair[0].0 == pair[1].0 {
                 let low = self.atom(Atom::AtLeast(pair[0].0.clone(), pair[0].1))?;

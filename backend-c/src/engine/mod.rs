@@ -230,7 +230,7 @@ impl<'a> Plan<'a> {
         let is_chart = net.settings.policy.is_statechart();
         let mut order: Vec<TransitionId> = net.transitions.iter().map(|(id, _)| id).collect();
         if kind == ImageKind::Priority {
-            order.sort_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
+            order.sort_unstable_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
         }
         for transition in net.transitions.values() {
             let span = transition.meta.span;
@@ -347,7 +347,7 @@ impl<'a> Plan<'a> {
                     Some(event) => net.transitions[*id].events.contains(&event),
                 })
                 .collect();
-            on.sort_by_key(|id| (net.transitions[*id].requires.first().copied(), *id));
+            on.sort_unstable_by_key(|id| (net.transitions[*id].requires.first().copied(), *id));
             let first = narrow(image.count(Section::Index));
             let (input, note) = match event {
                 None => (NONE, "no event".to_owned()),

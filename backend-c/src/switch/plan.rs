@@ -160,7 +160,7 @@ pub(crate) fn plan(net: &Net, facts: &Facts) -> Result<Plan, Refusal> {
         }
     }
     for step in net.steps.ids() {
-        leaving[step].sort_by_key(|transition| (urgency(net, *transition), *transition));
+        leaving[step].sort_unstable_by_key(|transition| (urgency(net, *transition), *transition));
         leaving[step].dedup();
     }
     let mut plan = Plan {
@@ -263,7 +263,7 @@ fn state_variables(net: &Net, facts: &Facts) -> (Vec<Machine>, IdMap<Step, (usiz
     let mut place = IdMap::filled(&net.steps, (0, 0));
     let mut machines = Vec::with_capacity(groups.len());
     for (index, (mut steps, always)) in groups.into_iter().enumerate() {
-        steps.sort();
+        steps.sort_unstable();
         for (code, step) in steps.iter().enumerate() {
             let code = u32::try_from(code).unwrap_or(u32::MAX);
             place[*step] = (index, code + u32::from(!always));

@@ -156,7 +156,7 @@ fn kernels(sum: &[Product]) -> Vec<Vec<Product>> {
                 .filter(|product| common.iter().all(|literal| product.contains(literal)))
                 .map(|product| without(product, &common))
                 .collect();
-            kernel.sort();
+            kernel.sort_unstable();
             kernel.dedup();
             let saved = (kernel.len().saturating_sub(1)) * quotient(sum, &kernel).len();
             if kernel.len() > 1 && seen.insert(kernel.clone()) {

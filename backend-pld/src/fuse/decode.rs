@@ -216,7 +216,7 @@ fn same_cell(a: &Cell, b: &Cell) -> bool {
             .cloned()
             .map(Product::sorted)
             .collect();
-        sum.sort();
+        sum.sort_unstable();
         sum
     };
     (a.kind == CellKind::Registered) == (b.kind == CellKind::Registered)

@@ -90,7 +90,7 @@ pub(crate) fn below(folder: &str) -> Result<Vec<String>, String> {
             }
         }
     }
-    found.sort();
+    found.sort_unstable();
     Ok(found)
 }
 

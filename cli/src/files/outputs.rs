@@ -105,7 +105,7 @@ impl Outputs {
         {
             new.files.append(&mut self.builds.remove(at).files);
         }
-        new.files.sort();
+        new.files.sort_unstable();
         self.builds.retain(|build| !build.files.is_empty());
         self.builds.insert(0, new);
     }

@@ -57,7 +57,7 @@ fn check_format(text: &str) -> String {
     let comments = |parsed: &[Comment], text: &str| -> Vec<String> {
         let mut all: Vec<String> =
             parsed.iter().map(|comment| text[comment.span.range()].trim_end().to_owned()).collect();
-        all.sort();
+        all.sort_unstable();
         all
     };
     assert_eq!(

@@ -276,7 +276,7 @@ impl Reader<'_, '_> {
         }
         let mut ids: Vec<&str> =
             seen.keys().filter(|(key, _)| *key == "localId").map(|(_, id)| *id).collect();
-        ids.sort_by_key(|id| (id.len(), *id));
+        ids.sort_unstable_by_key(|id| (id.len(), *id));
         if ids.len() > 12 {
             ids.truncate(12);
             ids.push("..");

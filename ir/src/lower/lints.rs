@@ -634,7 +634,7 @@ fn never_taken(net: &Net, out: &mut Vec<Diagnostic>) {
     let mut found: BTreeMap<TransitionId, TransitionId> = BTreeMap::new();
     for (_, group) in leaving.iter() {
         let mut group: Vec<TransitionId> = group.clone();
-        group.sort_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
+        group.sort_unstable_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
         let first = group.iter().position(|id| {
             let one = &net.transitions[*id];
             one.requires.len() == 1 && one.events.is_empty() && truth(net, &one.guard) == Some(true)

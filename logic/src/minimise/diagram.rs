@@ -87,7 +87,7 @@ pub(super) fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
             continue;
         }
         let mut literals: Vec<(usize, bool)> = cube.literals().collect();
-        literals.sort_by_key(|&literal| (uses[slot(literal)], literal));
+        literals.sort_unstable_by_key(|&literal| (uses[slot(literal)], literal));
         for (var, value) in literals {
             cube.set(var, None);
             let pairs: Vec<(u32, bool)> = cube

@@ -184,7 +184,7 @@ impl<'a> Loop<'a> {
         let shape = self.shape;
         let mut order: Vec<usize> = (0..terms.len()).collect();
         let weights = weights(terms);
-        order.sort_by_key(|&index| (weights[index], index));
+        order.sort_unstable_by_key(|&index| (weights[index], index));
         let mut is_prime: Vec<bool> = order.iter().map(|index| is_prime[*index]).collect();
         let mut terms = terms.select(order);
         let mut is_covered: Vec<bool> = match &self.essential {
@@ -372,7 +372,7 @@ impl<'a> Loop<'a> {
         let n = terms.len();
         let weights = weights(&terms);
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by_key(|&index| (std::cmp::Reverse(weights[index]), index));
+        order.sort_unstable_by_key(|&index| (std::cmp::Reverse(weights[index]), index));
         // As in espresso: the largest first, then by their distance from it.
         if let Some(&largest) = order.first()
             && !by_weight
@@ -582,7 +582,7 @@ impl<'a> Loop<'a> {
             }
         }
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by_key(|&point| (partners[point].len(), point));
+        order.sort_unstable_by_key(|&point| (partners[point].len(), point));
         let mut is_out = vec![false; n];
         let mut count = 0;
         for point in order {

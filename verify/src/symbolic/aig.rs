@@ -509,7 +509,7 @@ impl Aig {
             .copied()
             .filter(|node| matches!(self.nodes[*node], Node::Variable))
             .collect();
-        variables.sort_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
+        variables.sort_unstable_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
         let mut level: OfNodes<u32> = OfNodes::new(self);
         variables.into_iter().zip(0..).for_each(|(node, at)| level.insert(node, at));
         let mut bdd = Bdd::with_limit(node_limit);

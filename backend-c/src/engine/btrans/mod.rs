@@ -275,7 +275,7 @@ fn transitions(
                 Some(event) => net.transitions[*id].events.contains(&event),
             })
             .collect();
-        on.sort_by_key(|id| (net.transitions[*id].requires.first().copied(), *id));
+        on.sort_unstable_by_key(|id| (net.transitions[*id].requires.first().copied(), *id));
         let input = event.and_then(|event| plan.inputs[event]).map(usize::from);
         let name = event.map_or("no event", |event| net.inputs[event].name.text.as_str());
         let text = format!("{{ {}, {}U, {}U }}", or_none(input), rows.len(), on.len());

@@ -133,8 +133,8 @@ impl Tables {
                     .map(|(id, _)| id)
                     .collect();
             }
-            bank.inputs.sort();
-            bank.outputs.sort();
+            bank.inputs.sort_unstable();
+            bank.outputs.sort_unstable();
             for (position, machine) in bank.machines.iter().enumerate() {
                 tables.of[*machine] = Some((index, position));
             }

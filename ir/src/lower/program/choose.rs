@@ -84,7 +84,7 @@ impl Builder<'_> {
             let urgency = if is_sink { LAST } else { urgency(net, id) };
             (self.ranks.of_transition(net, id), urgency, is_sink)
         });
-        order.sort_by_key(|id| (classes[*id], *id));
+        order.sort_unstable_by_key(|id| (classes[*id], *id));
         for group in order.chunk_by(|a, b| classes[*a] == classes[*b]) {
             if group.first().is_some_and(|id| classes[*id].2) {
                 for id in group {

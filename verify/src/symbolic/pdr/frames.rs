@@ -276,7 +276,7 @@ impl<'s> Search<'s> {
             level += 1;
         }
         let mut order = cube.clone();
-        order.sort_by_key(|bit| (self.uses[bit.index()][usize::from(bit.value)], *bit));
+        order.sort_unstable_by_key(|bit| (self.uses[bit.index()][usize::from(bit.value)], *bit));
         for bit in order {
             if cube.len() == 1 || cube.binary_search(&bit).is_err() {
                 continue;
