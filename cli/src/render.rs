@@ -8,7 +8,8 @@ use fold::Folded;
 use grafsynth_driver::source::{Source, Sources};
 use grafsynth_ir::diag::{Diagnostic, Fix, Label, Notation, Severity};
 use grafsynth_ir::{FileId, Span};
-use similar::{Algorithm, DiffTag, capture_diff_slices};
+use similar::DiffTag;
+use similar::algorithms::{Capture, Compact, Replace, myers};
 use std::ops::Range;
 use std::path::Path;
 
@@ -284,14 +285,16 @@ fn patches<'a>(
     let keys = |lines: &[&str]| -> Vec<String> {
         lines.iter().map(|line| line.trim_end_matches('\n').to_owned()).collect()
     };
-    capture_diff_slices(Algorithm::Myers, &keys(&old), &keys(&new))
-        .into_iter()
-        .filter(|change| change.tag() != DiffTag::Equal)
-        .map(move |change| {
-            let was = bytes(&old_starts, change.old_range());
-            let is = bytes(&new_starts, change.new_range());
-            Patch::new(range.start + was.start..range.start + was.end, &replacement[is])
-        })
+    let (old_keys, new_keys) = (keys(&old), keys(&new));
+    // By name: a choice of algorithm at run time compiles all of them.
+    let mut diff = Compact::new(Replace::new(Capture::new()), &old_keys, &new_keys);
+    let Ok(()) = myers::diff(&mut diff, &old_keys, 0..old.len(), &new_keys, 0..new.len());
+    let changes = diff.into_inner().into_inner().into_ops();
+    changes.into_iter().filter(|change| change.tag() != DiffTag::Equal).map(move |change| {
+        let was = bytes(&old_starts, change.old_range());
+        let is = bytes(&new_starts, change.new_range());
+        Patch::new(range.start + was.start..range.start + was.end, &replacement[is])
+    })
 }
 
 /// The source lines that an edit changes, with its span: all of them, so that deleted lines are shown too.

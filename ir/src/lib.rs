@@ -31,6 +31,7 @@ pub mod plan;
 pub mod program;
 pub mod program_run;
 pub mod random;
+pub mod ranks;
 pub mod rewrite;
 pub mod sharing;
 pub mod simplify;

@@ -1,6 +1,7 @@
 //! The end of a reaction: E2 to E6 (semantics §3.6, §3.8, §6, §7).
 
 use grafsynth_ir::net::{Driver, OpenCell, OutputId, StepId, VarId};
+use grafsynth_ir::ranks::sort_by_rank;
 
 use crate::layout::Cell;
 use crate::reaction::Reaction;
@@ -255,7 +256,7 @@ impl Reaction<'_> {
     /// Calls each continuous extern action at most once: with the arguments of the first active step that calls it and whose condition is true [C22].
     fn e4_calls(&mut self, mut calls: Vec<(OutputId, u32)>) {
         let net = self.net;
-        calls.sort_by_key(|(output, _)| *output);
+        sort_by_rank(&mut calls, |(output, _)| [output.index() as u64]);
         let mut done = None;
         for (output, place) in calls {
             let Driver::Extern { calls, .. } = &net.outputs[output].driver else { continue };

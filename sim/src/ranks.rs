@@ -3,6 +3,7 @@
 use grafsynth_ir::net::{
     Enter, Net, PartId, Policy, Schedule, StepId, TransitionId, TransitionKind,
 };
+use grafsynth_ir::ranks::sort_by_rank;
 
 /// The sort key of an object without a number; it comes last.
 const LAST: u64 = u64::MAX;
@@ -40,11 +41,12 @@ impl Ranks {
                     .map_or(LAST, u64::from),
             });
         }
-        ranks.step_place =
-            places(net.steps.len(), |step| ranks.of_part(net.steps[StepId::from_index(step)].part));
-        ranks.transition_place = places(net.transitions.len(), |transition| {
+        ranks.step_place = places(net.steps.len(), &|step| {
+            [ranks.of_part(net.steps[StepId::from_index(step)].part), 0]
+        });
+        ranks.transition_place = places(net.transitions.len(), &|transition| {
             let id = TransitionId::from_index(transition);
-            (ranks.of_part(net.transitions[id].part), ranks.urgency(net, id))
+            [ranks.of_part(net.transitions[id].part), ranks.urgency(net, id)]
         });
         ranks
     }
@@ -82,9 +84,9 @@ impl Ranks {
 }
 
 /// For each index, its position after sorting by `key`; equal keys are sorted by index.
-fn places<K: Ord>(n: usize, key: impl Fn(usize) -> K) -> Vec<u32> {
+fn places(n: usize, key: &dyn Fn(usize) -> [u64; 2]) -> Vec<u32> {
     let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by_key(|index| key(*index));
+    sort_by_rank(&mut order, |index| key(*index));
     let mut places = vec![0; n];
     for (place, index) in order.into_iter().enumerate() {
         places[index] = place as u32;

@@ -6,6 +6,7 @@ use grafsynth_ir::net::{
     Driver, ForcingOrder, InputId, InputKind, Leaf, Net, OutputId, PartId, StepId, StepKind,
     TransitionId,
 };
+use grafsynth_ir::ranks::sort_by_rank;
 
 use std::collections::BTreeSet;
 
@@ -115,7 +116,7 @@ impl Tables {
             .filter(|(_, step)| step.kind == StepKind::Enclosing)
             .map(|(id, _)| id)
             .collect();
-        enclosing.sort_by_key(|step| ancestors(net, *step).count());
+        sort_by_rank(&mut enclosing, |step| [ancestors(net, *step).count() as u64]);
         self.enclosing = enclosing;
     }
 

@@ -230,7 +230,9 @@ impl<'a> Plan<'a> {
         let is_chart = net.settings.policy.is_statechart();
         let mut order: Vec<TransitionId> = net.transitions.iter().map(|(id, _)| id).collect();
         if kind == ImageKind::Priority {
-            order.sort_unstable_by_key(|id| (net.transitions[*id].priority.unwrap_or(u32::MAX), *id));
+            order.sort_unstable_by_key(|id| {
+                (net.transitions[*id].priority.unwrap_or(u32::MAX), *id)
+            });
         }
         for transition in net.transitions.values() {
             let span = transition.meta.span;

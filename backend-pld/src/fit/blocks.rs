@@ -12,6 +12,7 @@ use crate::device::{Blocks, Device};
 use crate::equations::{Equations, SignalIndex, Source};
 use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::BTreeSet;
 
 /// A block during placement.
@@ -98,8 +99,13 @@ impl Equations {
             }
         }
         let mut functions = self.functions(blocks);
-        functions.sort_by_key(|own| {
-            (own.pin.is_none(), u32::MAX - own.cells, !own.is_shown, own.signal)
+        sort_by_rank(&mut functions, |own| {
+            [
+                u64::from(own.pin.is_none()),
+                !u64::from(own.cells),
+                u64::from(!own.is_shown),
+                own.signal as u64,
+            ]
         });
         for own in functions {
             let Some(at) = choose(&all, blocks, device, &own) else {

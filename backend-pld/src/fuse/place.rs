@@ -6,6 +6,7 @@ use crate::placement::Placement;
 use crate::{Dialect, EmitOptions, Object};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::Logic;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::rc::Rc;
 
 /// Chooses forms and pins for a circuit and puts each function into its macrocell; also returns the role of each pin.
@@ -53,6 +54,6 @@ pub fn place_from(
             Some(Object::Clock | Object::Reset | Object::Buried) | None => {}
         }
     }
-    placement.cells.sort_by_key(|cell| cell.pin);
+    sort_by_rank(&mut placement.cells, |cell| [u64::from(cell.pin)]);
     Ok((placement, roles))
 }

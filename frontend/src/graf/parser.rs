@@ -44,10 +44,19 @@ pub(crate) struct Findings {
 impl Findings {
     /// Keeps or counts a finding. It is built only if it is kept: an invalid file of 60 MB may have millions.
     pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
-        if self.kept.len() < self.limit {
-            self.kept.push(make());
-        } else {
-            self.rest += 1;
+        let finding = self.has_room().then(make);
+        self.keep(finding);
+    }
+
+    // Apart from `report`, which is compiled for each finding.
+    fn has_room(&self) -> bool {
+        self.kept.len() < self.limit
+    }
+
+    fn keep(&mut self, finding: Option<Diagnostic>) {
+        match finding {
+            Some(finding) => self.kept.push(finding),
+            None => self.rest += 1,
         }
     }
 

@@ -4,6 +4,7 @@ use crate::arena::IdMap;
 use crate::net::{
     Enter, Net, Part, PartId, Policy, Schedule, StepId, Transition, TransitionId, TransitionKind,
 };
+use crate::ranks::sort_by_rank;
 
 /// The sort key of an object without a number; it comes last.
 pub const LAST: u64 = u64::MAX;
@@ -43,9 +44,9 @@ impl Ranks {
             }
         });
         let mut steps: Vec<StepId> = net.steps.ids().collect();
-        steps.sort_by_key(|step| rank[net.steps[*step].part]);
+        sort_by_rank(&mut steps, |step| [rank[net.steps[*step].part]]);
         let mut transitions: Vec<TransitionId> = net.transitions.ids().collect();
-        transitions.sort_by_key(|id| (rank[net.transitions[*id].part], urgency(net, *id)));
+        sort_by_rank(&mut transitions, |id| [rank[net.transitions[*id].part], urgency(net, *id)]);
         Ranks { rank, chart, steps, transitions }
     }
 

@@ -8,6 +8,7 @@
 //! branching is given in steps, not in seconds.
 
 use super::local;
+use grafsynth_ir::ranks::sort_by_rank;
 
 /// A cover and a lower bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -166,7 +167,7 @@ impl Search {
     /// Marks rows that contain another row: a column that covers the other row covers them too.
     fn dominated_rows(&mut self, matrix: &Matrix, is_gone: &mut [bool]) {
         let mut order: Vec<usize> = (0..matrix.rows.len()).collect();
-        order.sort_by_key(|&row| matrix.rows[row].len());
+        sort_by_rank(&mut order, |&row| [matrix.rows[row].len() as u64]);
         for number in order {
             let row = &matrix.rows[number];
             if is_gone[number] {

@@ -6,6 +6,7 @@
 use super::Refused;
 use crate::bdd::{Bdd, Ref};
 use crate::cover::{Cover, Cube};
+use grafsynth_ir::ranks::sort_by_rank;
 
 /// An irredundant sum of products between `lower` and `upper`.
 ///
@@ -80,14 +81,16 @@ pub(super) fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
         cube.literals().for_each(|literal| uses[slot(literal)] += 1);
     }
     let mut cubes = std::mem::take(&mut cover.cubes);
-    cubes.sort_by_key(|cube| std::cmp::Reverse(cube.n_literals()));
+    sort_by_rank(&mut cubes, |cube| [!(cube.n_literals() as u64)]);
     let mut grown: Vec<Cube> = Vec::with_capacity(cubes.len());
     for mut cube in cubes {
         if grown.iter().any(|other| other.contains(&cube)) {
             continue;
         }
         let mut literals: Vec<(usize, bool)> = cube.literals().collect();
-        literals.sort_unstable_by_key(|&literal| (uses[slot(literal)], literal));
+        sort_by_rank(&mut literals, |&(var, value)| {
+            [uses[slot((var, value))] as u64, var as u64, u64::from(value)]
+        });
         for (var, value) in literals {
             cube.set(var, None);
             let pairs: Vec<(u32, bool)> = cube
@@ -107,7 +110,7 @@ pub(super) fn expand(bdd: &Bdd, upper: Ref, cover: &mut Cover) {
 /// Drops products that the others make superfluous, those with the most literals first.
 pub(super) fn irredundant(bdd: &mut Bdd, lower: Ref, cover: &mut Cover) -> Result<(), Refused> {
     let mut cubes = std::mem::take(&mut cover.cubes);
-    cubes.sort_by_key(|cube| std::cmp::Reverse(cube.n_literals()));
+    sort_by_rank(&mut cubes, |cube| [!(cube.n_literals() as u64)]);
     let products = cubes.iter().map(|cube| cube.to_bdd(bdd)).collect::<Result<Vec<_>, _>>()?;
     let mut later = vec![Ref::FALSE; products.len() + 1];
     for index in (0..products.len()).rev() {

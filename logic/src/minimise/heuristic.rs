@@ -12,6 +12,7 @@ use super::function::Function;
 use super::rows::Rows;
 use super::terms::{Recursion, Shape, Spent, Terms, bits};
 use grafsynth_ir::Gather;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::BTreeSet;
 
 /// The heuristic minimisation of one function: repeated expansion, removal and reduction of products.
@@ -184,7 +185,7 @@ impl<'a> Loop<'a> {
         let shape = self.shape;
         let mut order: Vec<usize> = (0..terms.len()).collect();
         let weights = weights(terms);
-        order.sort_unstable_by_key(|&index| (weights[index], index));
+        sort_by_rank(&mut order, |&index| [weights[index]]);
         let mut is_prime: Vec<bool> = order.iter().map(|index| is_prime[*index]).collect();
         let mut terms = terms.select(order);
         let mut is_covered: Vec<bool> = match &self.essential {
@@ -305,9 +306,9 @@ impl<'a> Loop<'a> {
         all.extend(&self.done);
         let mut is_gone = vec![false; n];
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by_key(|&index| {
+        sort_by_rank(&mut order, |&index| {
             let term = terms.get(index);
-            (self.shape.n_outputs(term), std::cmp::Reverse(self.shape.n_literals(term)), index)
+            [self.shape.n_outputs(term) as u64, !(self.shape.n_literals(term) as u64)]
         });
         for index in order {
             is_gone[index] = true;
@@ -372,13 +373,13 @@ impl<'a> Loop<'a> {
         let n = terms.len();
         let weights = weights(&terms);
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_unstable_by_key(|&index| (std::cmp::Reverse(weights[index]), index));
+        sort_by_rank(&mut order, |&index| [!weights[index]]);
         // As in espresso: the largest first, then by their distance from it.
         if let Some(&largest) = order.first()
             && !by_weight
         {
             let seed = terms.get(largest).to_vec();
-            order.sort_by_key(|&index| {
+            sort_by_rank(&mut order, |&index| {
                 let term = terms.get(index);
                 let differing: usize = (0..shape.input_words())
                     .map(|k| {
@@ -386,7 +387,7 @@ impl<'a> Loop<'a> {
                         ((seed[k] & term[wi + k]) | (seed[wi + k] & term[k])).count_ones() as usize
                     })
                     .sum();
-                (differing, std::cmp::Reverse(weights[index]), index)
+                [differing as u64, !weights[index], index as u64]
             });
         }
         let mut all = terms.clone();
@@ -582,7 +583,7 @@ impl<'a> Loop<'a> {
             }
         }
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_unstable_by_key(|&point| (partners[point].len(), point));
+        sort_by_rank(&mut order, |&point| [partners[point].len() as u64]);
         let mut is_out = vec![false; n];
         let mut count = 0;
         for point in order {

@@ -1,6 +1,7 @@
 //! Functions as and-inverter graphs, hashed so that equal structures are one node, and an equivalence check.
 
 use grafsynth_ir::Gather;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasherDefault, Hasher};
@@ -475,11 +476,11 @@ impl Aig {
     ///
     /// The solver settles most queries with [`FEW_CONFLICTS`]. Arithmetic often needs more, but has small diagrams if `rank` orders its variables well, so
     /// diagrams come before the solver's full effort.
-    pub(crate) fn settle<K: Ord>(
+    pub(crate) fn settle(
         &self,
         all: &[Lit],
         clauses: &[Vec<Lit>],
-        rank: impl Fn(Lit) -> K,
+        rank: &dyn Fn(Lit) -> u32,
         limits: &Limits,
     ) -> Option<Option<Vec<Lit>>> {
         let first = self.satisfy(all, clauses, limits.conflicts.min(FEW_CONFLICTS));
@@ -494,11 +495,11 @@ impl Aig {
     }
 
     /// Whether some assignment makes all literals and clauses true, by decision diagrams; `rank` orders the variables. `None` if the diagrams exceed the limit.
-    pub(crate) fn satisfiable_by_diagram<K: Ord>(
+    fn satisfiable_by_diagram(
         &self,
         all: &[Lit],
         clauses: &[Vec<Lit>],
-        rank: impl Fn(Lit) -> K,
+        rank: &dyn Fn(Lit) -> u32,
         node_limit: usize,
     ) -> Option<bool> {
         let mut roots: Vec<Lit> = all.to_vec();
@@ -509,7 +510,9 @@ impl Aig {
             .copied()
             .filter(|node| matches!(self.nodes[*node], Node::Variable))
             .collect();
-        variables.sort_unstable_by_key(|node| (rank(Lit((*node as u32) << 1)), *node));
+        sort_by_rank(&mut variables, |node| {
+            [u64::from(rank(Lit((*node as u32) << 1))), *node as u64]
+        });
         let mut level: OfNodes<u32> = OfNodes::new(self);
         variables.into_iter().zip(0..).for_each(|(node, at)| level.insert(node, at));
         let mut bdd = Bdd::with_limit(node_limit);

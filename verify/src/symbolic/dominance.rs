@@ -155,7 +155,7 @@ fn prove(
         if wrong == Lit::FALSE {
             continue;
         }
-        match aig.settle(&[wrong], &[], |_| 0, limits) {
+        match aig.settle(&[wrong], &[], &|_| 0, limits) {
             Some(None) => {}
             Some(Some(set)) => {
                 let set = set.iter().filter_map(|lit| names.get(lit)).map(ToString::to_string);

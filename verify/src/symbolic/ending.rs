@@ -1,5 +1,6 @@
 //! The end of a reaction as functions: controlled actions (semantics §3.5), tasks (§6), free timers (§7), outputs (§3.6).
 
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::CompareOp;
@@ -249,7 +250,7 @@ impl Maker<'_> {
         emergency: Lit,
     ) {
         let mut calls: Vec<&ExternCall> = calls.iter().collect();
-        calls.sort_by_key(|call| call.step);
+        sort_by_rank(&mut calls, |call| [call.step.index() as u64]);
         let mut asks = Vec::new();
         for call in &calls {
             let condition =

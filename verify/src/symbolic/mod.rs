@@ -360,7 +360,7 @@ impl<'n> Model<'n> {
         holds.push(differ);
         // Words are ordered bit by bit, so that arithmetic has small diagrams.
         let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);
-        self.maker.aig.settle(&holds, &clauses, rank, limits)
+        self.maker.aig.settle(&holds, &clauses, &rank, limits)
     }
 
     /// The active steps among some bits, and the number of other state bits that are 1, for a message.

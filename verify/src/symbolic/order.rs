@@ -9,6 +9,7 @@
 )]
 
 use grafsynth_ir::Gather;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::facts::Facts;
@@ -101,11 +102,11 @@ pub(super) fn order(
 /// The position of each step in the order of steps.
 fn places(net: &Net, facts: &Facts) -> Vec<usize> {
     let mut steps: Vec<StepId> = net.steps.ids().collect();
-    steps.sort_by_key(|step| {
+    sort_by_rank(&mut steps, |step| {
         let component = facts.component_of.as_ref().and_then(|map| map[*step]);
         let first = component
             .and_then(|component| facts.components[component as usize].steps.first().copied());
-        (first.unwrap_or(*step), *step)
+        [first.unwrap_or(*step).index() as u64]
     });
     let mut places = vec![0; steps.len()];
     for (place, step) in steps.iter().enumerate() {

@@ -5,6 +5,7 @@
 //! compares or waits for (beyond its cap no counter distinguishes one `dt` from the next).
 
 use grafsynth_ir::Gather;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::facts::Facts;
@@ -243,7 +244,7 @@ fn attempt(
         let first = reads.iter().min().copied().unwrap_or(0);
         parts.push((first, Part { relation: *condition, reads }));
     }
-    parts.sort_by_key(|(first, _)| *first);
+    sort_by_rank(&mut parts, |(first, _)| [u64::from(*first)]);
     let input_levels: Vec<u32> = input_lits.iter().map(|lit| level[lit]).collect();
     let possible = bdd.and_all(functions[n_next..n_asked].iter().copied())?;
     let mut kept = vec![possible];

@@ -3,6 +3,7 @@
 //! This is the second encoding of the semantics as a circuit. It shares nothing with the lowering to programs or with the encoder of the circuit under
 //! proof, only the text of semantics.md.
 
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::Type;
@@ -187,10 +188,10 @@ impl<'n> Maker<'n> {
             self.rank.push(rank);
         }
         self.step_order = net.steps.ids().collect();
-        self.step_order.sort_by_key(|step| self.rank[net.steps[*step].part.index()]);
+        sort_by_rank(&mut self.step_order, |step| [self.rank[net.steps[*step].part.index()]]);
         let mut transitions: Vec<TransitionId> = net.transitions.ids().collect();
-        transitions.sort_by_key(|transition| {
-            (self.rank[net.transitions[*transition].part.index()], self.urgency(*transition))
+        sort_by_rank(&mut transitions, |transition| {
+            [self.rank[net.transitions[*transition].part.index()], self.urgency(*transition)]
         });
         self.transition_order = transitions;
         for edge in net.edges.values() {

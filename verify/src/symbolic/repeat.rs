@@ -62,17 +62,13 @@ pub(crate) fn repeats(net: &Valid<Net>, limits: &Limits, claim: &Repeat<'_>) -> 
     let in_range = [(CompareOp::Ge, least), (CompareOp::Le, most)]
         .map(|(op, bound)| Number::compare(aig, op, &value, &Number::constant(bound)));
     let all = [apart, in_range[0], in_range[1]];
-    let rank = |lit: Lit| bits.iter().position(|bit| *bit == lit);
-    holds(aig, &all, rank, limits)
+    let rank =
+        |lit: Lit| (0..).zip(bits.iter()).find(|(_, bit)| **bit == lit).map_or(0, |(at, _)| at + 1);
+    holds(aig, &all, &rank, limits)
 }
 
 /// True if no assignment makes all of these literals true.
-fn holds(
-    aig: &Aig,
-    all: &[Lit],
-    rank: impl Fn(Lit) -> Option<usize>,
-    limits: &Limits,
-) -> Option<bool> {
+fn holds(aig: &Aig, all: &[Lit], rank: &dyn Fn(Lit) -> u32, limits: &Limits) -> Option<bool> {
     Some(aig.settle(all, &[], rank, limits)?.is_none())
 }
 

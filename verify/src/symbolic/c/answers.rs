@@ -199,7 +199,7 @@ impl Attempt<'_> {
             let own = self.bit_of.get(&lit).or_else(|| self.model.bit_of.get(&lit));
             own.copied().unwrap_or(0)
         };
-        self.model.maker.aig.settle(&holds, &clauses, rank, limits)
+        self.model.maker.aig.settle(&holds, &clauses, &rank, limits)
     }
 
     /// What is assumed about the variables of a question: literals that are true, and clauses. The graph must be in the model.

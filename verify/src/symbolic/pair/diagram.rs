@@ -2,6 +2,7 @@
 //! difference comes with a shortest stimulus.
 
 use grafsynth_ir::Gather;
+use grafsynth_ir::ranks::sort_by_rank;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_logic::bdd::{Bdd, Full, LimitExceeded, Ref};
@@ -124,7 +125,7 @@ fn attempt(joint: Joint<'_>, equal: &Equalities, work: &mut u64) -> Result<Diagr
         let first = reads.iter().min().copied().unwrap_or(0);
         parts.push((first, Part { relation: *condition, reads }));
     }
-    parts.sort_by_key(|(first, _)| *first);
+    sort_by_rank(&mut parts, |(first, _)| [u64::from(*first)]);
     let possible = bdd.and_all(legal.iter().copied())?;
     let mut first_state: Vec<(u32, bool)> =
         kept.iter().map(|(bit, _, _)| (level[&bit.lit], bit.first)).collect();
@@ -281,7 +282,7 @@ fn sequence(joint: &Joint<'_>, equal: &Equalities) -> Vec<Lit> {
     }
     // Inputs that neither order contains: normally none, but they must be in the diagram.
     let mut lits: Vec<Lit> = place.keys().copied().collect();
-    lits.sort_by_key(|lit| place[lit]);
+    sort_by_rank(&mut lits, |lit| [place[lit].0 as u64, place[lit].1 as u64]);
     let missing: Vec<Lit> = joint
         .inputs
         .iter()

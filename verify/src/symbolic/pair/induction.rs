@@ -316,6 +316,6 @@ impl Search<'_> {
             clauses.iter().map(|clause| joint.aig.substitute(clause, instead)).collect();
         let ranks = [&joint.models[0].bit_of, &joint.models[1].bit_of];
         let rank = |lit: Lit| ranks.iter().find_map(|ranks| ranks.get(&lit)).copied().unwrap_or(0);
-        joint.aig.settle(&holds, &clauses, rank, joint.question.limits)
+        joint.aig.settle(&holds, &clauses, &rank, joint.question.limits)
     }
 }

@@ -142,7 +142,7 @@ impl Model<'_> {
         for holds in wanted {
             let mut query = assumed.clone();
             query.push(!holds);
-            if self.maker.aig.settle(&query, &[], |lit| lit, limits) != Some(None) {
+            if self.maker.aig.settle(&query, &[], &|_| 0, limits) != Some(None) {
                 return Err(open());
             }
         }
