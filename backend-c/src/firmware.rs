@@ -12,10 +12,10 @@
 
 use crate::Package;
 use crate::c::print::{Kind, Node, Writer};
-use crate::cexpr::storage;
 use crate::harness::{arguments, columns_of_steps};
 use crate::interface::Interface;
 use crate::io::Structure;
+use grafsynth_c::storage;
 use grafsynth_ir::Valid;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};

@@ -10,11 +10,11 @@
 use crate::Package;
 use crate::c::print::{Arm, Kind, Node, Writer};
 use crate::callback_check;
-use crate::cexpr::storage;
 use crate::header::shown;
 use crate::interface::Interface;
 use crate::io::Structure;
 use crate::names::library;
+use grafsynth_c::storage;
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
 

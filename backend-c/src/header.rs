@@ -1,13 +1,13 @@
 //! The files of a package: the common parts of every chart, around the result of its style.
 
 use crate::c::print::{Kind, Marks, Node, Writer};
-use crate::cexpr::storage;
 use crate::gate;
 use crate::interface::Interface;
 use crate::names::Names;
 use crate::style_output::{Member, StyleOutput, mentions};
 use crate::{File, FileKind, Io, Object, Options};
 use crate::{safe, trace};
+use grafsynth_c::storage;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{InputKind, MacroStep, Net, StepKind, VarOrigin};

@@ -1,9 +1,9 @@
 //! `NAME_user.h` and `NAME_user.c`: the declarations of the user's library functions, and stubs for them.
 
 use crate::c::print::{Node, comment_text};
-use crate::cexpr::storage;
 use crate::header::{Layout, described};
 use crate::{File, FileKind, Object};
+use grafsynth_c::storage;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, InputKind};
 

@@ -11,7 +11,7 @@ pub(crate) mod outline;
 
 use crate::c::print::{Arm, Kind, Node};
 use crate::calls::{self, Callee};
-use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated, storage};
+use crate::cexpr::{CExpr, Class, Helpers, Prec, Scope, c_expr, saturated};
 use crate::io::Structure;
 use crate::names::{Names, namer};
 use crate::queries::carriers;
@@ -19,6 +19,7 @@ use crate::style_output::{StyleOutput, mentions, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
 use crate::{Object, Options};
 use declare::{objects_of, objects_of_role};
+use grafsynth_c::storage;
 use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{CompareOp, ExprKind};

@@ -3,9 +3,9 @@
 
 use crate::Object;
 use crate::c::print::Node;
-use crate::cexpr::storage;
 use crate::io::Structure;
 use crate::names::Names;
+use grafsynth_c::storage;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 

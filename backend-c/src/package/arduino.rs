@@ -6,9 +6,9 @@ use super::ticks::Ratio;
 use super::{Chart, written, yours};
 use crate::File;
 use crate::c::print::comment_text;
-use crate::cexpr::storage;
 use crate::harness::arguments;
 use crate::io::Structure;
+use grafsynth_c::storage;
 
 pub(super) fn files(chart: &Chart<'_>) -> Vec<File> {
     let name = chart.name();

@@ -3,9 +3,9 @@
 use super::Chart;
 use super::ticks::Ratio;
 use crate::c::print::comment_text;
-use crate::cexpr::storage;
 use crate::harness::arguments;
 use crate::io::Structure;
+use grafsynth_c::storage;
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::InputKind;
 

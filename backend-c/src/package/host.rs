@@ -2,9 +2,9 @@
 
 use super::Chart;
 use crate::c::print::{Kind, Node, Writer, comment_text};
-use crate::cexpr::storage;
 use crate::harness::{arguments, columns_of_steps, string_text};
 use crate::io::Structure;
+use grafsynth_c::storage;
 use itertools::Itertools as _;
 
 /// The text; `include` is the path by which it includes `NAME.h`.

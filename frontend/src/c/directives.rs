@@ -337,15 +337,10 @@ impl Parser<'_> {
 
     /// Processes `#define NAME constant`. Any other define is kept as text for the library, and its uses are opaque.
     fn define(&mut self, line: Line, from: usize) {
-        let lexed = lexer::lex(
-            self.file,
-            self.text,
-            from..line.span.end as usize,
-            self.is_unsigned_char,
-            &mut self.findings,
-        );
-        let tokens = std::mem::replace(&mut self.tokens, lexed.tokens);
-        let at = std::mem::take(&mut self.at);
+        self.on_line(line, from, |parser| parser.define_name(line.span));
+    }
+
+    fn define_name(&mut self, line: Span) {
         let name = self.here();
         if self.is_name(name) {
             self.take();
@@ -383,14 +378,12 @@ impl Parser<'_> {
                     if !is_empty {
                         self.source.opaque_macros.push(text);
                     }
-                    self.source.lines.push(line.span);
+                    self.source.lines.push(line);
                 }
             }
         } else {
             let _: Read<()> = self.unexpected("the name to define");
         }
-        self.tokens = tokens;
-        self.at = at;
     }
 
     /// Runs `read` and discards its findings.

@@ -1,5 +1,6 @@
 //! The C of a link: `NAME_link.h`, `NAME_link.c` and `NAME_link_pins.h`, printed from the acts and the connections.
 
+use grafsynth_c::storage;
 use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
@@ -104,7 +105,7 @@ impl<'l> Text<'l> {
 
     fn struct_of_inputs(&self) -> String {
         let line = |(id, member): (&InputId, &String)| {
-            format!("    {} {member};\n", c_type(self.request.net, *id))
+            format!("    {} {member};\n", storage(self.request.net.inputs[*id].ty))
         };
         self.members.iter().map(line).collect()
     }
@@ -285,24 +286,6 @@ impl<'l> Text<'l> {
                 )
             }
         }
-    }
-}
-
-/// The C type of an input: the smallest that contains its range, as in the part on the CPU.
-fn c_type(net: &Net, input: InputId) -> &'static str {
-    let Type::Int { lo, hi } = net.inputs[input].ty else { return "bool" };
-    let fits = |least: i64, most: i64| lo >= least && hi <= most;
-    if fits(0, 0xff) {
-        "uint8_t"
-    } else if fits(-0x80, 0x7f) {
-        "int8_t"
-    } else if fits(-0x8000, 0x7fff) {
-        "int16_t"
-    } else if fits(0, 0xffff) {
-        "uint16_t"
-    } else {
-        // A range is within 32 bits, signed.
-        "int32_t"
     }
 }
 

@@ -3,10 +3,10 @@
 use super::Emit;
 use crate::Object;
 use crate::c::print::{Kind, Node};
-use crate::cexpr::storage;
 use crate::range::Range;
 use crate::style_output::Member;
 use crate::times::count_type;
+use grafsynth_c::storage;
 use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;

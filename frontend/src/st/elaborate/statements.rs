@@ -94,13 +94,16 @@ impl Elaborator<'_> {
         let mut lowered = Vec::new();
         for (condition, list) in arms {
             let condition = self.condition(frame, condition);
-            let mut then = Block::new();
-            self.list(frame, list, &mut then);
-            lowered.push((condition, then));
+            lowered.push((condition, self.branch(frame, list)));
         }
-        let mut rest = Block::new();
-        self.list(frame, otherwise, &mut rest);
-        chosen(lowered, rest, span, out)
+        chosen(lowered, self.branch(frame, otherwise), span, out)
+    }
+
+    /// The statements of one branch.
+    fn branch(&mut self, frame: FrameId, list: &[ast::Stmt]) -> Block {
+        let mut branch = Block::new();
+        self.list(frame, list, &mut branch);
+        branch
     }
 
     fn case(
@@ -119,13 +122,9 @@ impl Elaborator<'_> {
                 Ok(selector) => self.label_test(frame, selector, labels, &mut taken),
                 Err(told) => Err(*told),
             };
-            let mut then = Block::new();
-            self.list(frame, list, &mut then);
-            lowered.push((condition, then));
+            lowered.push((condition, self.branch(frame, list)));
         }
-        let mut rest = Block::new();
-        self.list(frame, otherwise, &mut rest);
-        chosen(lowered, rest, span, out)
+        chosen(lowered, self.branch(frame, otherwise), span, out)
     }
 
     fn counted(
