@@ -153,9 +153,7 @@ fn sink(
                 return;
             };
             value = with_edge(reader, node, "edge", value, unit, list);
-            if is_set(node, "negated") {
-                value = Expr::new(ExprKind::Not(Box::new(value)), span);
-            }
+            value = negated(value, is_set(node, "negated"), span);
             list.push(stored(node.attribute("storage"), target, value, span));
         }
         "outVariable" | "inOutVariable" => {
@@ -175,9 +173,7 @@ fn sink(
                 _ => ["negated", "edge", "storage"],
             };
             value = with_edge(reader, node, edge, value, unit, list);
-            if is_set(node, negated) {
-                value = Expr::new(ExprKind::Not(Box::new(value)), span);
-            }
+            value = self::negated(value, is_set(node, negated), span);
             list.push(stored(node.attribute(storage), target, value, span));
         }
         _ => {}
@@ -194,6 +190,10 @@ fn stored(storage: Option<&str>, target: Expr, value: Expr, span: Span) -> Stmt 
     let assign = StmtKind::Assign { target, value: constant(is_set, span) };
     let arms = vec![(value, vec![Stmt { kind: assign, span }])];
     Stmt { kind: StmtKind::If { arms, otherwise: Vec::new() }, span }
+}
+
+fn negated(value: Expr, is_negated: bool, span: Span) -> Expr {
+    if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
 }
 
 /// The edge of a value, detected by a new instance.
@@ -302,9 +302,6 @@ fn output(
     list: &mut Vec<Stmt>,
 ) -> Option<Expr> {
     let span = reader.span(node);
-    let negate = |value: Expr, is_negated: bool| {
-        if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value }
-    };
     match tag(node) {
         "leftPowerRail" => Some(constant(true, span)),
         "contact" => {
@@ -314,7 +311,7 @@ fn output(
             let variable =
                 child(node, "variable").and_then(|one| reader.expression_in(one, unit))?;
             let value = with_edge(reader, node, "edge", variable, unit, list);
-            let value = negate(value, is_set(node, "negated"));
+            let value = negated(value, is_set(node, "negated"), span);
             match before? {
                 Expr { kind: ExprKind::Bool(true), .. } => Some(value),
                 // Contacts in series become one flat list of operands.
@@ -339,7 +336,7 @@ fn output(
                 _ => ["negated", "edge"],
             };
             let value = with_edge(reader, node, edge, value, unit, list);
-            Some(negate(value, is_set(node, negated)))
+            Some(self::negated(value, is_set(node, negated), span))
         }
         "continuation" => {
             let name = node.attribute("name").unwrap_or("");
@@ -409,7 +406,7 @@ fn block_output(
             Expr::new(ExprKind::Call(name, arguments?), span)
         }
     };
-    Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
+    Some(negated(value, is_negated, span))
 }
 
 fn arguments(
@@ -432,9 +429,7 @@ fn arguments(
             let span = reader.span(variable);
             let mut value = incoming(reader, network, variable, unit, list)?;
             value = with_edge(reader, variable, "edge", value, unit, list);
-            if is_set(variable, "negated") {
-                value = Expr::new(ExprKind::Not(Box::new(value)), span);
-            }
+            value = negated(value, is_set(variable, "negated"), span);
             let name = reader.name(variable, "formalParameter");
             if !named && name.as_ref().is_some_and(|name| name.id == "EN") {
                 if matches!(value.kind, ExprKind::Bool(true)) {
@@ -552,6 +547,5 @@ pub(super) fn condition(
         unit.refuse("a stored condition", span, "use a coil without S or R");
         return None;
     }
-    let is_negated = is_set(sink, "negated");
-    Some(if is_negated { Expr::new(ExprKind::Not(Box::new(value)), span) } else { value })
+    Some(negated(value, is_set(sink, "negated"), span))
 }
