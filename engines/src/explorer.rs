@@ -3,6 +3,7 @@
 use crate::c;
 use crate::executed::{Instance, Trouble};
 use crate::interpreted::{Text, Tree};
+use crate::watchdog::{Watchdog, kill};
 use grafsynth_backend_c::Package;
 use grafsynth_ir::Valid;
 use grafsynth_ir::instance::Representation;
@@ -11,8 +12,7 @@ use grafsynth_sim::{InputRow, Row, TraceLayout};
 use std::fmt::Write as _;
 use std::io::{BufRead, BufReader, Write as _};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::Mutex;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// A cell of a row that differs from the net.
@@ -93,8 +93,9 @@ impl<'n> Explorer<'n> {
 
 /// The compiled chart with its pipes.
 pub(crate) struct Process {
-    /// The process, shared with the thread that enforces the time limit of each batch.
-    child: Mutex<Child>,
+    /// The process, shared with the watchdog.
+    child: Arc<Mutex<Child>>,
+    watchdog: Watchdog,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
     /// Keeps the folder of the program until the program has ended.
@@ -118,12 +119,6 @@ impl Drop for Process {
         if let Ok(mut child) = self.child.lock() {
             let _ = child.wait();
         }
-    }
-}
-
-fn kill(child: &Mutex<Child>) {
-    if let Ok(mut child) = child.lock() {
-        let _ = child.kill();
     }
 }
 
@@ -158,8 +153,10 @@ impl Process {
         let (Some(input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(Trouble::Machine("cannot connect to the compiled chart".to_owned()));
         };
+        let child = Arc::new(Mutex::new(child));
         let mut explorer = Process {
-            child: Mutex::new(child),
+            watchdog: Watchdog::new(Arc::clone(&child), PATIENCE),
+            child,
             input: Some(input),
             output: BufReader::with_capacity(1 << 16, output),
             _program: program,
@@ -202,35 +199,35 @@ impl Process {
         questions: &str,
         read: impl FnOnce(&mut BufReader<ChildStdout>) -> Result<(), Lost>,
     ) -> Result<(), Trouble> {
-        let Process { child, input, output, .. } = self;
+        let Process { child, watchdog, input, output, .. } = self;
         let mut pipe = input.take().ok_or_else(ended)?;
-        let (finished, watched) = mpsc::channel::<()>();
-        let child: &Mutex<Child> = child;
-        let (outcome, pipe, is_late) = std::thread::scope(|scope| {
-            let writer = scope.spawn(move || {
-                // If the program has ended, its answers show it.
-                let _ = pipe.write_all(questions.as_bytes()).and_then(|()| pipe.flush());
-                pipe
-            });
-            let watch = scope.spawn(move || {
-                let is_late = watched.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout);
-                if is_late {
-                    kill(child);
-                }
-                is_late
-            });
+        let write = move || {
+            // If the program has ended, its answers show it.
+            let _ = pipe.write_all(questions.as_bytes()).and_then(|()| pipe.flush());
+            pipe
+        };
+        let read = || {
             let outcome = read(output);
             if outcome.is_err() {
                 // Lets the writer end.
                 kill(child);
             }
-            drop(finished);
-            (outcome, writer.join().ok(), watch.join().unwrap_or(false))
+            outcome
+        };
+        let (outcome, pipe) = watchdog.during(|| {
+            if questions.len() <= PIPE {
+                let pipe = write();
+                return (read(), Some(pipe));
+            }
+            std::thread::scope(|scope| {
+                let writer = scope.spawn(write);
+                (read(), writer.join().ok())
+            })
         });
         *input = pipe;
         match outcome {
             Ok(()) | Err(Lost::NotWanted) => Ok(()),
-            Err(_) if is_late => Err(Trouble::Chart(format!(
+            Err(_) if self.watchdog.is_late() => Err(Trouble::Chart(format!(
                 "a reaction did not end within {} seconds",
                 PATIENCE.as_secs()
             ))),
@@ -295,6 +292,9 @@ fn number(text: &str) -> Result<Instance, Lost> {
 
 /// The flags of the compiler: without optimisation, so that the text is tested as written.
 const FLAGS: [&str; 2] = ["-std=c99", "-O0"];
+
+/// What a pipe takes at once: the program has read everything before, since all its answers came.
+const PIPE: usize = 4096;
 
 /// The time limit for a batch of answers, which normally takes some milliseconds.
 const PATIENCE: Duration = Duration::from_secs(10);

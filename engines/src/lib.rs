@@ -33,6 +33,7 @@ pub mod tested;
 pub mod tools;
 mod unread_inputs;
 mod verilog;
+mod watchdog;
 
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
