@@ -4,6 +4,7 @@ use crate::io::INPUT_BITS;
 use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::times::Ticks;
+use crate::{Options, safe, trace};
 use grafsynth_ir::instance::{Place, Representation};
 use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
@@ -49,7 +50,16 @@ impl Interface {
 }
 
 /// How the C of a style represents the net.
-pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) -> Representation {
+pub(crate) fn representation(
+    net: &Net,
+    names: &Names,
+    program: &StyleOutput,
+    options: &Options,
+) -> Representation {
+    let mut extra = options.trace.map(trace::extra).unwrap_or_default();
+    if options.safe_state && !program.instance.is_empty() {
+        extra.push(safe::extra());
+    }
     let bit = |index: usize, width: usize| Place {
         member: "bits".to_owned(),
         element: u32::try_from(index / width).ok(),
@@ -88,5 +98,6 @@ pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) ->
         conditions: conditions.map(|(id, _)| (id, names.inputs[id].clone())).collect(),
         actions: actions.map(|(id, _)| (id, names.outputs[id].clone())).collect(),
         locals: program.locals.clone(),
+        extra,
     }
 }

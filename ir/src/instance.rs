@@ -28,6 +28,24 @@ pub struct Representation {
     pub actions: Vec<(OutputId, String)>,
     /// For a statechart: the contents of the locals of `PREFIX_step` at the start of each round of its evolution.
     pub locals: Vec<(Local, Carried)>,
+    /// The scalars of `PREFIX_t` that hold nothing of the state of the net.
+    pub extra: Vec<(Place, Extra)>,
+}
+
+/// What is known, between two reactions, about a scalar of the instance that holds nothing of the state of the net.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extra {
+    /// A number from 0 to this one.
+    UpTo(i64),
+    /// Any value: neither a reaction nor a query reads it.
+    Written,
+    /// Whether the chart runs.
+    Running {
+        /// The number while it runs.
+        runs: i64,
+        /// The number after `PREFIX_stop`.
+        stopped: i64,
+    },
 }
 
 /// A scalar local of `PREFIX_step`, or a member of a local structure.
@@ -56,12 +74,16 @@ pub enum Carried {
     Waits(InputId),
     /// The chart had ended before this reaction.
     HadEnded(PartId),
+    /// This extern condition was called in this reaction.
+    Asked(InputId),
+    /// The value of this extern condition, if it was called in this reaction.
+    Answer(InputId),
 }
 
 /// A scalar member of a structure, or a bit of one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
-    /// The member.
+    /// The member; that of a structure which is a member itself is `outer.inner`.
     pub member: String,
     /// The index, if the member is an array.
     pub element: Option<u32>,

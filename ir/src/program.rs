@@ -8,6 +8,7 @@
 
 use crate::arena::{Arena, Id};
 use crate::expr::{Expr as GenericExpr, Type};
+use crate::instance::Carried;
 pub use crate::net::ActionPart;
 use crate::net::{
     ActionId, EdgeId, HistoryId, InputId, OutputId, PartId, SendId, StepId, TimerId, TransitionId,
@@ -38,6 +39,8 @@ pub struct Program {
     pub body: Vec<Stmt>,
     /// The condition that the evolution loop tests before each round (one round is one check); `None` if a reaction is a single check.
     pub evolution: Option<TempId>,
+    /// For a statechart: the temporaries whose values at the end of a check are read later, with their meaning.
+    pub carried: Vec<(TempId, Carried)>,
     /// The timers that several steps share.
     pub shared_timers: Vec<SharedTimer>,
 }

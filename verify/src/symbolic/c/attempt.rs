@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::instance::Holds;
-use grafsynth_ir::net::InputKind;
+use grafsynth_ir::net::{InputId, InputKind};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::MAX_DT;
 
 use super::exec::Program;
-use super::memory::{INPUTS, INSTANCE, Memory, Scalar};
+use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
 use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
 use crate::symbolic::aig::{Aig, Lit};
@@ -35,6 +35,8 @@ pub(super) struct Attempt<'a> {
     pub(super) inputs: Inputs,
     /// The values of the instance before the reaction, in the order of the hint.
     pub(super) before: Vec<Scalar>,
+    /// The cells of the scalars that hold nothing of the net before the reaction, in the order of the hint.
+    pub(super) extra: Vec<Cell>,
     /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
     /// For each of these variables, its position in its word, for the order of decision diagrams.
@@ -47,6 +49,10 @@ pub(super) struct Attempt<'a> {
     pub(super) assumed: Vec<Lit>,
     /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
     pub(super) unset: Vec<usize>,
+    /// In a part of a reaction that is not the first one: the conditions that earlier parts called an extern condition.
+    pub(super) asked_before: BTreeMap<InputId, Lit>,
+    /// The conditions that this part of the reaction calls an extern condition.
+    pub(super) asked_here: BTreeMap<InputId, Lit>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
     /// The state of the net after the reaction.
@@ -97,12 +103,15 @@ impl<'a> Attempt<'a> {
             state,
             inputs,
             before: Vec::new(),
+            extra: Vec::new(),
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
             exclusive: Vec::new(),
             assumed: Vec::new(),
             unset: Vec::new(),
+            asked_before: BTreeMap::new(),
+            asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
             next: None,
             time_bits: Vec::new(),
@@ -125,6 +134,7 @@ impl<'a> Attempt<'a> {
             this.before.push(value);
         }
         this.relate_recorded();
+        this.hold_extra()?;
         Ok(this)
     }
 
@@ -177,6 +187,7 @@ impl<'a> Attempt<'a> {
         if has_queries {
             checks = self.queries(&state, None, &memory)?;
             checks.extend(self.stopped(&memory)?);
+            checks.extend(self.stays_stopped(&memory, &dt)?);
         }
         let start = memory.clone();
         self.link();

@@ -602,7 +602,11 @@ impl<'u> Program<'u> {
     fn cell(&mut self, from: &[(Address, Lit)], memory: &Memory) -> Done<Rc<Cell>> {
         let mut cells = Vec::with_capacity(from.len());
         for (address, when) in from {
-            cells.push((*when, self.at(*address, memory)?));
+            let cell = self.at(*address, memory)?;
+            if cell.is_untracked() {
+                return Err("a read of a member whose value is not tracked".to_owned());
+            }
+            cells.push((*when, cell));
         }
         match cells.as_slice() {
             [(_, only)] => Ok(only.clone()),
@@ -627,10 +631,12 @@ impl<'u> Program<'u> {
             let Object::Changing(object) = address.object else {
                 return Err("a constant is assigned".to_owned());
             };
-            let new = if to.len() == 1 {
+            let old = self.at(*address, memory)?;
+            let new = if old.is_untracked() {
+                continue;
+            } else if to.len() == 1 {
                 cell.clone()
             } else {
-                let old = self.at(*address, memory)?;
                 merge_cells(&mut self.aig, &[(*when, &cell), (!*when, &old)])
             };
             if !memory.put(object, address.cell, new) {
@@ -661,8 +667,21 @@ impl<'u> Program<'u> {
         self.deeper(|this| this.part(place, memory))
     }
 
+    /// True if an object or a member is volatile itself. An access through a pointer to a volatile type has the value of the object (C99 6.7.3p5).
+    fn is_declared_volatile(&self, place: &Place) -> bool {
+        match &place.kind {
+            PlaceKind::Symbol(_) => place.qualifiers.is_volatile,
+            PlaceKind::Member(base, member) => {
+                let members = base.ty.as_struct().map(|id| &self.unit.structs[id].members);
+                let own = members.and_then(|members| members.get(*member));
+                own.is_none_or(|own| own.canonical.qualifiers.is_volatile)
+            }
+            PlaceKind::Element(..) | PlaceKind::At(..) | PlaceKind::Deref(_) => false,
+        }
+    }
+
     fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, usize, Lit)>> {
-        if place.qualifiers.is_volatile {
+        if self.is_declared_volatile(place) {
             return Err("a volatile object is not supported".to_owned());
         }
         match &place.kind {

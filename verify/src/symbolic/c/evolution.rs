@@ -50,11 +50,11 @@ struct Cut<'u> {
 }
 
 /// A scalar of a local, by its object and its cell.
-type Spot = (usize, usize);
+pub(super) type Spot = (usize, usize);
 
 /// What is known about a local at a cut.
 #[derive(Debug, Clone)]
-enum Meaning {
+pub(super) enum Meaning {
     /// What the hint says.
     Hint(usize),
     /// The number of checks so far.
@@ -170,6 +170,10 @@ impl<'a> Attempt<'a> {
             .collect();
         checks.extend(self.queries(&state, None, &memory)?);
         checks.extend(self.stopped(&memory)?);
+        if self.has_mark() {
+            let dt = self.dt()?;
+            checks.extend(self.stays_stopped(&memory, &dt)?);
+        }
         let start = memory.clone();
         self.link();
         let first = self.enter(cut, &mut memory)?;
@@ -327,6 +331,7 @@ impl<'a> Attempt<'a> {
             let value = self.typed(Scalar::Int(value), kind);
             memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
         }
+        self.any_asked();
         let most = self.with_model(|this| this.model.maker.most_rounds());
         let most = i64::try_from(most).unwrap_or(i64::MAX);
         // There is another check, so there were fewer before.
@@ -343,7 +348,8 @@ impl<'a> Attempt<'a> {
                 Meaning::Counter => Some(Int::Word(count.clone())),
                 Meaning::Hint(at) => {
                     let what = &self.of.hint.locals[*at].1;
-                    self.carried(what)
+                    let asked = kind.and_then(|kind| self.asked_at_cut(what, kind));
+                    asked.or_else(|| self.carried(what))
                 }
                 Meaning::Nothing => None,
             };
@@ -362,7 +368,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Any value of a type.
-    fn any_of(&mut self, kind: IntKind) -> Int {
+    pub(super) fn any_of(&mut self, kind: IntKind) -> Int {
         if kind == IntKind::Bool {
             return Int::Bit(self.aig().variable());
         }
@@ -510,6 +516,7 @@ impl<'a> Attempt<'a> {
                 checks.push(Check { question: question.clone(), broken });
             }
         }
+        checks.extend(self.extra_checks(memory)?);
         Ok(checks)
     }
 
@@ -525,6 +532,17 @@ impl<'a> Attempt<'a> {
         let mut checks = Vec::new();
         for ((object, at), meaning) in locals {
             let cell = memory.object(*object).and_then(|cells| cells.get(*at)).cloned();
+            if let Meaning::Hint(hint) = meaning
+                && let Some(Scalar::Int(value)) = cell.as_ref().and_then(|it| it.value.as_ref())
+            {
+                let what = &self.of.hint.locals[*hint].1;
+                if let Some(wrong) = self.asked_wrongly(what, value, (locals, memory)) {
+                    let unset = cell.as_ref().map_or(Lit::TRUE, |it| it.unset);
+                    let broken = self.aig().or(wrong, unset);
+                    checks.push(Check { question: Question::Local(place, *hint), broken });
+                    continue;
+                }
+            }
             let (question, wanted, matters) = match meaning {
                 Meaning::Counter => {
                     (Question::Counter(place, *at), Int::Word(count.clone()), goes_on)

@@ -26,6 +26,9 @@ const MAX_DEPTH: usize = 400;
 /// The maximum number of rounds of one loop.
 const MAX_ROUNDS: usize = 5_000;
 
+/// The reason for a reaction of which some part has exits.
+const LEFT: &str = "an exit from the middle of a reaction is not supported";
+
 /// The reason why the program cannot be executed.
 pub(super) type Stop = String;
 pub(super) type Done<T> = Result<T, Stop>;
@@ -298,7 +301,15 @@ impl<'u> Program<'u> {
         let mut memory = memory;
         for stmt in list {
             let flow = self.stmt(stmt, memory)?;
-            memory = Self::only(flow)?;
+            let Flow { normal: Some((_, after)), breaks, continues, returns } = flow else {
+                return Err(LEFT.to_owned());
+            };
+            // The check of `--safe-state` must pass.
+            let exits = breaks.iter().chain(&continues).map(|(when, _)| *when);
+            let exits = exits.chain(returns.iter().map(|(when, _, _)| *when));
+            let left = self.aig.or_all(exits.collect::<Vec<_>>());
+            self.oblige(left, "leaves the reaction too early", stmt.span);
+            memory = after;
         }
         Ok(memory)
     }
@@ -316,7 +327,7 @@ impl<'u> Program<'u> {
             {
                 Ok(memory)
             }
-            _ => Err("an exit from the middle of a reaction is not supported".to_owned()),
+            _ => Err(LEFT.to_owned()),
         }
     }
 

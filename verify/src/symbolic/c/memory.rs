@@ -68,6 +68,13 @@ impl Cell {
         (0..n).map(|_| cell.clone()).collect()
     }
 
+    /// A cell with a value that is not tracked; nothing may read it.
+    pub(super) const UNTRACKED: Cell = Cell { value: None, unset: Lit::FALSE, whole: None };
+
+    pub(super) fn is_untracked(&self) -> bool {
+        self.value.is_none() && self.unset == Lit::FALSE
+    }
+
     pub(super) fn of(value: Scalar) -> Cell {
         Cell { value: Some(value), unset: Lit::FALSE, whole: None }
     }

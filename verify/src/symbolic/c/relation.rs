@@ -286,6 +286,7 @@ impl Attempt<'_> {
             let add = |broken| Check { question: question.clone(), broken };
             checks.extend([cell.unset].into_iter().chain(broken).map(add));
         }
+        checks.extend(self.extra_checks(memory)?);
         Ok(checks)
     }
 

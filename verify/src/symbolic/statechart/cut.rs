@@ -311,6 +311,8 @@ impl Maker<'_> {
                 External::Queue(_) => return None,
             },
             Carried::HadEnded(part) => Held::Flag(run.had_ended.get(part).copied()?),
+            // They are no part of the net.
+            Carried::Asked(_) | Carried::Answer(_) => return None,
         })
     }
 

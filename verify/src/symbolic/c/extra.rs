@@ -1,0 +1,158 @@
+//! What the instance holds besides the state of the net: the ring of `--trace-ring` and the mark of `--safe-state`, and the safe outputs of a stopped chart.
+//!
+//! The entries of the ring are not tracked: nothing that is proved reads them, and what they contain is not part of the proof. Their index is, because a wrong
+//! one would write elsewhere. The mark of `--safe-state` has one value while the chart runs, so the check before a reaction is part of the proof: it must pass
+//! in every state of the chart. After `NAME_stop` the mark has another value, and then each reaction must give the safe outputs and change nothing.
+
+use std::rc::Rc;
+
+use grafsynth_c::tree::types::IntKind;
+use grafsynth_ir::expr::{CompareOp, Type as NetType};
+use grafsynth_ir::instance::{Extra, Place};
+use grafsynth_ir::net::Output;
+
+use super::attempt::Attempt;
+use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
+use super::question::{Check, Question};
+use super::value::Int;
+use crate::symbolic::aig::Lit;
+use crate::symbolic::number::Number;
+
+impl Attempt<'_> {
+    /// Makes the cells of the scalars that hold nothing of the net, for a state between two reactions.
+    pub(super) fn hold_extra(&mut self) -> Result<(), String> {
+        for (place, extra) in &self.of.hint.extra {
+            let cell = match *extra {
+                Extra::UpTo(most) => {
+                    let (_, kind) = self.cell_of(self.structures.instance, place)?;
+                    Cell::of(Scalar::Int(self.up_to(most, kind)))
+                }
+                Extra::Written => Cell::UNTRACKED,
+                Extra::Running { runs, .. } => {
+                    Cell::of(Scalar::Int(Int::constant(i128::from(runs))))
+                }
+            };
+            self.extra.push(cell);
+        }
+        Ok(())
+    }
+
+    /// Any number from 0 to `most`.
+    fn up_to(&mut self, most: i64, kind: IntKind) -> Int {
+        if kind == IntKind::Bool {
+            return Int::Bit(self.aig().variable());
+        }
+        let bits = self.fresh(64 - most.leading_zeros());
+        let number = Number::from_code(self.aig(), &bits, 0);
+        let fits =
+            Number::compare(self.aig(), CompareOp::Le, &number, &Number::constant(most));
+        if fits != Lit::TRUE {
+            self.valid.push((bits, fits));
+        }
+        Int::Word(number)
+    }
+
+    /// The checks that these scalars have possible values after the reset, a reaction or a part of one.
+    pub(super) fn extra_checks(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+        let mut checks = Vec::new();
+        for (at, (place, extra)) in self.of.hint.extra.iter().enumerate() {
+            let question = Question::Extra(at);
+            let cell = self.read(memory, INSTANCE, self.structures.instance, place)?;
+            checks.push(Check { question: question.clone(), broken: cell.unset });
+            let value = match (&cell.value, extra) {
+                (_, Extra::Written) => continue,
+                (Some(Scalar::Int(value)), _) => value.clone(),
+                (_, _) => return Err(format!("`{}` is not set", place.member)),
+            };
+            let aig = self.aig();
+            let broken = match *extra {
+                Extra::UpTo(most) => value.outside(aig, 0, i128::from(most)),
+                Extra::Running { runs, .. } => !value.is(aig, i128::from(runs)),
+                Extra::Written => continue,
+            };
+            checks.push(Check { question, broken });
+        }
+        Ok(checks)
+    }
+
+    pub(super) fn has_mark(&self) -> bool {
+        self.mark().is_some()
+    }
+
+    /// The mark of `--safe-state`: its number in the hint, its place, and its value after a stop.
+    fn mark(&self) -> Option<(usize, &Place, i64)> {
+        self.of.hint.extra.iter().enumerate().find_map(|(at, (place, extra))| match extra {
+            Extra::Running { stopped, .. } => Some((at, place, *stopped)),
+            Extra::UpTo(_) | Extra::Written => None,
+        })
+    }
+
+    /// The checks after a call of `NAME_stop`, if the text defines it: each output has its safe value, and nothing of the instance changes but the mark.
+    pub(super) fn stopped(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+        let name = format!("{}_stop", self.of.hint.prefix);
+        if self.function(&name).is_none() {
+            return Ok(Vec::new());
+        }
+        let mut after = memory.clone();
+        self.call("_stop", &mut after, None)?;
+        let mut checks = self.safe_outputs(&after)?;
+        if let Some((at, place, stopped)) = self.mark() {
+            let (cell, _) = self.cell_of(self.structures.instance, place)?;
+            let now = self.read(&after, INSTANCE, self.structures.instance, place)?;
+            let Some(Scalar::Int(value)) = &now.value else {
+                return Err(format!("`{}` is not set", place.member));
+            };
+            let is_stopped = value.is(self.aig(), i128::from(stopped));
+            let broken = self.aig().or(!is_stopped, now.unset);
+            checks.push(Check { question: Question::Extra(at), broken });
+            let before = memory.object(INSTANCE).and_then(|cells| cells.get(cell)).cloned();
+            if let Some(before) = before {
+                after.put(INSTANCE, cell, before);
+            }
+        }
+        if ![INSTANCE, INPUTS].into_iter().all(|object| after.is_unchanged(memory, object)) {
+            return Err(format!("`{name}` changes the instance"));
+        }
+        Ok(checks)
+    }
+
+    /// The checks of a reaction after a stop: each output has its safe value, and nothing else changes.
+    pub(super) fn stays_stopped(
+        &mut self,
+        memory: &Memory,
+        dt: &Number,
+    ) -> Result<Vec<Check>, String> {
+        let Some((_, place, stopped)) = self.mark() else { return Ok(Vec::new()) };
+        let (cell, _) = self.cell_of(self.structures.instance, place)?;
+        let value = Scalar::Int(Int::constant(i128::from(stopped)));
+        let mut memory = memory.clone();
+        memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
+        let start = memory.clone();
+        self.call("_step", &mut memory, Some(dt))?;
+        if ![INSTANCE, INPUTS].into_iter().all(|object| memory.is_unchanged(&start, object)) {
+            return Err("a reaction after a stop changes the instance".to_owned());
+        }
+        self.safe_outputs(&memory)
+    }
+
+    /// The checks that each output has its safe value.
+    fn safe_outputs(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+        let code = |output: &Output| {
+            let lo = match output.ty {
+                NetType::Bool => 0,
+                NetType::Int { lo, .. } => lo,
+            };
+            let code = output.safe_value().wrapping_sub(lo);
+            (0..output.ty.bits()).map(|bit| Lit::constant(code >> bit & 1 == 1)).collect()
+        };
+        let codes: Vec<Vec<Lit>> = self.of.net.outputs.values().map(code).collect();
+        let mut checks = self.shown_outputs(&codes, memory)?;
+        for check in &mut checks {
+            // An output after a reaction is another question, which other cases may answer.
+            if let Question::Output(at) = check.question {
+                check.question = Question::Stopped(at);
+            }
+        }
+        Ok(checks)
+    }
+}
