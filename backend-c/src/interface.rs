@@ -4,7 +4,7 @@ use crate::io::INPUT_BITS;
 use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::times::Ticks;
-use crate::{Options, safe, trace};
+use crate::{Options, gate, safe, trace};
 use grafsynth_ir::instance::{Place, Representation};
 use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
@@ -99,5 +99,6 @@ pub(crate) fn representation(
         actions: actions.map(|(id, _)| (id, names.outputs[id].clone())).collect(),
         locals: program.locals.clone(),
         extra,
+        gate: (options.gate && !program.instance.is_empty()).then(|| gate::hint(net, program)),
     }
 }

@@ -30,6 +30,19 @@ pub struct Representation {
     pub locals: Vec<(Local, Carried)>,
     /// The scalars of `PREFIX_t` that hold nothing of the state of the net.
     pub extra: Vec<(Place, Extra)>,
+    /// If `PREFIX_step` skips reactions that cannot change anything: the members that it decides by. The reaction itself is `PREFIX_reaction`.
+    pub gate: Option<Gate>,
+}
+
+/// The members by which `PREFIX_step` decides whether it skips a reaction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Gate {
+    /// 0 if no inputs are known, 1 if the members below are those of the last reaction, and 2 if that reaction also changed nothing.
+    pub mark: String,
+    /// The inputs of the last reaction, a `PREFIX_in_t`.
+    pub inputs: Option<String>,
+    /// The ticks of the last reaction.
+    pub dt: Option<String>,
 }
 
 /// What is known, between two reactions, about a scalar of the instance that holds nothing of the state of the net.

@@ -271,6 +271,7 @@ impl Attempt<'_> {
                 let member = &self.of.hint.extra[*at].0.member;
                 format!("`self->{member}` may have a wrong value after a reaction")
             }
+            Question::Gate => "the gate may skip a reaction that changes something".to_owned(),
             Question::Fault => "the fault flag may differ from the chart".to_owned(),
             Question::Active(at) => {
                 format!("`{}` may differ from the chart", self.of.hint.active[*at].1)

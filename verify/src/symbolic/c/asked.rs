@@ -38,7 +38,7 @@ impl Attempt<'_> {
                 let Scalar::Int(answer) = scalar(&self.inputs.values[input.index()]) else {
                     return None;
                 };
-                let other = self.any_of(kind);
+                let other = self.program.any_of(kind);
                 Some(Int::merge(self.aig(), &[(asked, answer), (!asked, other)]))
             }
             _ => None,

@@ -1,6 +1,7 @@
 //! One attempt: a reaction of the net and a call of the C in one graph, and what must be true after them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::instance::Holds;
@@ -37,6 +38,8 @@ pub(super) struct Attempt<'a> {
     pub(super) before: Vec<Scalar>,
     /// The cells of the scalars that hold nothing of the net before the reaction, in the order of the hint.
     pub(super) extra: Vec<Cell>,
+    /// The mark of the gate, if there is one, before the reaction.
+    pub(super) gate_mark: Option<Rc<Cell>>,
     /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
     /// For each of these variables, its position in its word, for the order of decision diagrams.
@@ -104,6 +107,7 @@ impl<'a> Attempt<'a> {
             inputs,
             before: Vec::new(),
             extra: Vec::new(),
+            gate_mark: None,
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
@@ -162,6 +166,7 @@ impl<'a> Attempt<'a> {
             return Err(format!("`{}_init` calls an extern condition", self.of.hint.prefix));
         }
         let mut checks = self.call_checks(&wanted)?;
+        checks.extend(self.gate_after_reset(&memory)?);
         checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         checks.extend(self.queries(&state, Some(fault), &memory)?);
@@ -191,7 +196,8 @@ impl<'a> Attempt<'a> {
         }
         let start = memory.clone();
         self.link();
-        self.call("_step", &mut memory, Some(&dt))?;
+        self.call(self.of.reaction(), &mut memory, Some(&dt))?;
+        self.keeps_gate(&memory)?;
         checks.extend(self.call_checks(&wanted)?);
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));

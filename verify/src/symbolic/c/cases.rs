@@ -56,7 +56,10 @@ impl Subject<'_> {
                 return Err(format!("after `{}_init`, {why}", self.hint.prefix));
             }
         }
-        Subject { unset: &reset.unset, ..self }.prove_reaction(total)
+        let this = Subject { unset: &reset.unset, ..self };
+        let mut total = this.prove_reaction(total)?;
+        this.prove_gate(&mut total)?;
+        Ok(total)
     }
 
     /// Proves the reaction.

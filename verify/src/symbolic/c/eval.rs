@@ -207,6 +207,9 @@ impl<'u> Program<'u> {
                 if !place.ty.is_scalar() {
                     return Err("a structure used as a value is not supported here".to_owned());
                 }
+                if let Some(byte) = self.byte(place, memory)? {
+                    return Ok(Some(Scalar::Int(byte)));
+                }
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
                 self.oblige(cell.unset, "reads a value that was never set", expr.span);
@@ -582,6 +585,9 @@ impl<'u> Program<'u> {
                 if is_null || is_same {
                     return Ok(value);
                 }
+                if let Some(bytes) = self.as_bytes(cases, from, target) {
+                    return Ok(bytes);
+                }
                 Err("a conversion between pointers that changes the type or drops `const` is not supported"
                     .to_owned())
             }
@@ -667,19 +673,6 @@ impl<'u> Program<'u> {
         self.deeper(|this| this.part(place, memory))
     }
 
-    /// True if an object or a member is volatile itself. An access through a pointer to a volatile type has the value of the object (C99 6.7.3p5).
-    fn is_declared_volatile(&self, place: &Place) -> bool {
-        match &place.kind {
-            PlaceKind::Symbol(_) => place.qualifiers.is_volatile,
-            PlaceKind::Member(base, member) => {
-                let members = base.ty.as_struct().map(|id| &self.unit.structs[id].members);
-                let own = members.and_then(|members| members.get(*member));
-                own.is_none_or(|own| own.canonical.qualifiers.is_volatile)
-            }
-            PlaceKind::Element(..) | PlaceKind::At(..) | PlaceKind::Deref(_) => false,
-        }
-    }
-
     fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, usize, Lit)>> {
         if self.is_declared_volatile(place) {
             return Err("a volatile object is not supported".to_owned());
@@ -746,6 +739,9 @@ impl<'u> Program<'u> {
                 Pointer::To(address, extent) => all.push((address, extent, when)),
                 Pointer::Null | Pointer::Function(_) => {
                     self.oblige(when, "uses a null or dangling pointer", loc);
+                }
+                Pointer::Bytes(..) => {
+                    return Err("this use of the bytes of an object is not supported".to_owned());
                 }
             }
         }

@@ -99,12 +99,12 @@ impl Subject<'_> {
         let settled = reset.settle_all(&checks, false, &mut total);
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
         let this = Subject { unset: &reset.unset, ..self };
-        let name = format!("{}_step", self.hint.prefix);
+        let name = format!("{}{}", self.hint.prefix, self.reaction());
         let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();
         for cut in cuts {
             let mut proved = total;
-            match this.prove_cut(cut, &mut proved) {
+            match this.prove_cut(cut, &mut proved).and_then(|()| this.prove_gate(&mut proved)) {
                 Ok(()) => return Ok(proved),
                 Err(reason) => why = reason,
             }
@@ -170,7 +170,7 @@ impl<'a> Attempt<'a> {
             .collect();
         checks.extend(self.queries(&state, None, &memory)?);
         checks.extend(self.stopped(&memory)?);
-        if self.has_mark() {
+        if self.of.mark().is_some() {
             let dt = self.dt()?;
             checks.extend(self.stays_stopped(&memory, &dt)?);
         }
@@ -178,6 +178,7 @@ impl<'a> Attempt<'a> {
         self.link();
         let first = self.enter(cut, &mut memory)?;
         self.is_kept(&memory, &start)?;
+        self.keeps_gate(&memory)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         let state = self.with_model(|this| this.model.maker.start_of_evolution(&state, &inputs));
         let wanted = self.model.maker.calls.clone();
@@ -208,6 +209,7 @@ impl<'a> Attempt<'a> {
             Ok(after)
         })?;
         self.is_kept(&after, &memory)?;
+        self.keeps_gate(&after)?;
         let mut changed = BTreeSet::new();
         for ((object, cell), meaning) in &locals {
             let Meaning::Kept(value) = meaning else { continue };
@@ -245,6 +247,7 @@ impl<'a> Attempt<'a> {
         self.program.assume(cut.condition, false, &mut memory);
         let start = memory.clone();
         let memory = self.program.straight(cut.after, memory)?;
+        self.keeps_gate(&memory)?;
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
         }
@@ -271,7 +274,7 @@ impl<'a> Attempt<'a> {
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
         self.constant_in_loop.extend(dt.bits().iter().copied());
-        let name = format!("{}_step", self.of.hint.prefix);
+        let name = format!("{}{}", self.of.hint.prefix, self.of.reaction());
         let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
         let arguments = self.arguments(function, Some(&dt))?;
         self.program.begin(function, arguments, memory);
@@ -316,7 +319,12 @@ impl<'a> Attempt<'a> {
             let value = match (self.value_within(&state, at), holds) {
                 (Some((value, used)), _) if used == Lit::TRUE => value,
                 (Some((value, used)), _) => {
-                    let other = self.anything(self.structures.instance, place)?;
+                    let other = match holds {
+                        Holds::Piece(origin, _) if queue_of(*origin).is_some() => {
+                            self.unused_item(place)?
+                        }
+                        _ => self.anything(self.structures.instance, place)?,
+                    };
                     let Scalar::Int(other) = other else { continue };
                     Int::merge(self.aig(), &[(used, value), (!used, other)])
                 }
@@ -355,7 +363,7 @@ impl<'a> Attempt<'a> {
             };
             let new = match (value, kind) {
                 (Some(value), Some(kind)) => Cell::of(self.typed(Scalar::Int(value), kind)),
-                (None, Some(kind)) => Cell::of(Scalar::Int(self.any_of(kind))),
+                (None, Some(kind)) => Cell::of(Scalar::Int(self.program.any_of(kind))),
                 (_, None) => return Err("a local of this type is not supported".to_owned()),
             };
             let has_value = memory.object(*object).and_then(|cells| cells.get(*cell));
@@ -365,19 +373,6 @@ impl<'a> Attempt<'a> {
             memory.put(*object, *cell, new);
         }
         Ok(AtCut { memory, locals, count })
-    }
-
-    /// Any value of a type.
-    pub(super) fn any_of(&mut self, kind: IntKind) -> Int {
-        if kind == IntKind::Bool {
-            return Int::Bit(self.aig().variable());
-        }
-        let machine = self.of.unit.machine;
-        let mut bits = self.fresh(machine.bits(kind));
-        if !machine.is_signed(kind) {
-            bits.push(Lit::FALSE);
-        }
-        Int::Word(Number::of_bits(bits))
     }
 
     fn carried(&mut self, what: &Carried) -> Option<Int> {
@@ -509,7 +504,10 @@ impl<'a> Attempt<'a> {
             if let Some((wanted, used)) = self.value_within(state, at) {
                 let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
                 let broken = self.aig().and(used, differ);
-                checks.push(Check { question, broken });
+                checks.push(Check { question: question.clone(), broken });
+                if matches!(holds, Holds::Piece(origin, _) if queue_of(*origin).is_some()) {
+                    checks.push(Check { question, broken: self.no_item(value) });
+                }
                 continue;
             }
             for broken in self.broken(holds, value, state, Lit::FALSE) {
@@ -628,7 +626,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Shows that no check is broken.
-    fn settle_all(
+    pub(super) fn settle_all(
         &mut self,
         checks: &[Check],
         is_within: bool,
@@ -668,7 +666,7 @@ impl<'a> Attempt<'a> {
 }
 
 /// The integer type of a scalar of an object.
-fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
+pub(super) fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
     match ty {
         Type::Array(element, _) => {
             let size = n_cells(unit, &element.ty)?.max(1);

@@ -5,17 +5,19 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use grafsynth_c::tree::types::Type;
+use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{
     Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
 };
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
+use super::gate::Replaced;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::calls::Call;
+use crate::symbolic::number::Number;
 
 /// The maximum number of statements and expressions that are executed, with those of other paths.
 const MAX_WORK: u64 = 20_000_000;
@@ -74,6 +76,8 @@ pub(super) struct Program<'u> {
     pub(super) calls: Vec<Call>,
     /// For each extern condition that was called, the conditions of its calls.
     pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
+    /// A function whose calls are recorded and not executed.
+    pub(super) replaced: Option<Replaced>,
     /// The number of objects so far, also of those that ended.
     n_objects: usize,
     work: u64,
@@ -138,6 +142,7 @@ impl<'u> Program<'u> {
             externs: BTreeMap::new(),
             calls: Vec::new(),
             asked: BTreeMap::new(),
+            replaced: None,
             n_objects: 0,
             work: 0,
             depth: 0,
@@ -208,6 +213,9 @@ impl<'u> Program<'u> {
         arguments: Vec<Scalar>,
         memory: &mut Memory,
     ) -> Done<Option<Scalar>> {
+        if self.replaced.as_ref().is_some_and(|one| one.function == function) {
+            return self.call_replaced(&arguments, memory);
+        }
         let data = &self.unit.symbols[function];
         let Some(Function { params, body }) = self.functions.get(&function) else {
             if let Some(known) = self.externs.get(&function).cloned() {
@@ -274,6 +282,19 @@ impl<'u> Program<'u> {
         }
         self.calls.push(Call { output, when: self.here, arguments: numbers });
         Ok(None)
+    }
+
+    /// Any value of a type.
+    pub(super) fn any_of(&mut self, kind: IntKind) -> Int {
+        if kind == IntKind::Bool {
+            return Int::Bit(self.aig.variable());
+        }
+        let n_bits = self.unit.machine.bits(kind);
+        let mut bits: Vec<Lit> = (0..n_bits).map(|_| self.aig.variable()).collect();
+        if !self.unit.machine.is_signed(kind) {
+            bits.push(Lit::FALSE);
+        }
+        Int::Word(Number::of_bits(bits))
     }
 
     /// Begins a call that is executed in parts, by [`Program::straight`] and [`Program::once`].

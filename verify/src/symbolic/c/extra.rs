@@ -13,10 +13,20 @@ use grafsynth_ir::net::Output;
 
 use super::attempt::Attempt;
 use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
-use super::question::{Check, Question};
+use super::question::{Check, Question, Subject};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
+
+impl<'a> Subject<'a> {
+    /// The mark of `--safe-state`: its number in the hint, its place, and its value after a stop.
+    pub(super) fn mark(self) -> Option<(usize, &'a Place, i64)> {
+        self.hint.extra.iter().enumerate().find_map(|(at, (place, extra))| match extra {
+            Extra::Running { stopped, .. } => Some((at, place, *stopped)),
+            Extra::UpTo(_) | Extra::Written => None,
+        })
+    }
+}
 
 impl Attempt<'_> {
     /// Makes the cells of the scalars that hold nothing of the net, for a state between two reactions.
@@ -34,7 +44,29 @@ impl Attempt<'_> {
             };
             self.extra.push(cell);
         }
+        if self.of.hint.gate.is_some() {
+            let mark = self.up_to(2, IntKind::UChar);
+            self.gate_mark = Some(Rc::new(Cell::of(Scalar::Int(mark))));
+        }
         Ok(())
+    }
+
+    /// An element of a queue that is not used: any value of its type. The check of `--safe-state` tests these elements too, so there it is an event or 0.
+    pub(super) fn unused_item(&mut self, place: &Place) -> Result<Scalar, String> {
+        if self.of.mark().is_none() {
+            return self.anything(self.structures.instance, place);
+        }
+        let n_events = self.with_model(|this| this.model.maker.n_events());
+        Ok(Scalar::Int(self.up_to(n_events, IntKind::Int)))
+    }
+
+    /// The condition that a value is neither an event nor 0, if the check of `--safe-state` tests it.
+    pub(super) fn no_item(&mut self, value: &Int) -> Lit {
+        if self.of.mark().is_none() {
+            return Lit::FALSE;
+        }
+        let n_events = self.with_model(|this| this.model.maker.n_events());
+        value.outside(self.aig(), 0, i128::from(n_events))
     }
 
     /// Any number from 0 to `most`.
@@ -75,19 +107,8 @@ impl Attempt<'_> {
         Ok(checks)
     }
 
-    pub(super) fn has_mark(&self) -> bool {
-        self.mark().is_some()
-    }
-
-    /// The mark of `--safe-state`: its number in the hint, its place, and its value after a stop.
-    fn mark(&self) -> Option<(usize, &Place, i64)> {
-        self.of.hint.extra.iter().enumerate().find_map(|(at, (place, extra))| match extra {
-            Extra::Running { stopped, .. } => Some((at, place, *stopped)),
-            Extra::UpTo(_) | Extra::Written => None,
-        })
-    }
-
-    /// The checks after a call of `NAME_stop`, if the text defines it: each output has its safe value, and nothing of the instance changes but the mark.
+    /// The checks after a call of `NAME_stop`, if the text defines it: each output has its safe value, and nothing of the instance
+    /// changes but the mark, which `NAME_stopped` returns.
     pub(super) fn stopped(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
         let name = format!("{}_stop", self.of.hint.prefix);
         if self.function(&name).is_none() {
@@ -96,7 +117,12 @@ impl Attempt<'_> {
         let mut after = memory.clone();
         self.call("_stop", &mut after, None)?;
         let mut checks = self.safe_outputs(&after)?;
-        if let Some((at, place, stopped)) = self.mark() {
+        if let Some((at, place, stopped)) = self.of.mark() {
+            for (memory, wanted) in [(memory, false), (&after, true)] {
+                let answer = self.ask(&format!("{name}ped"), memory)?;
+                let broken = answer.truth(self.aig()).negate_if(wanted);
+                checks.push(Check { question: Question::Extra(at), broken });
+            }
             let (cell, _) = self.cell_of(self.structures.instance, place)?;
             let now = self.read(&after, INSTANCE, self.structures.instance, place)?;
             let Some(Scalar::Int(value)) = &now.value else {
@@ -122,13 +148,13 @@ impl Attempt<'_> {
         memory: &Memory,
         dt: &Number,
     ) -> Result<Vec<Check>, String> {
-        let Some((_, place, stopped)) = self.mark() else { return Ok(Vec::new()) };
+        let Some((_, place, stopped)) = self.of.mark() else { return Ok(Vec::new()) };
         let (cell, _) = self.cell_of(self.structures.instance, place)?;
         let value = Scalar::Int(Int::constant(i128::from(stopped)));
         let mut memory = memory.clone();
         memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
         let start = memory.clone();
-        self.call("_step", &mut memory, Some(dt))?;
+        self.call(self.of.reaction(), &mut memory, Some(dt))?;
         if ![INSTANCE, INPUTS].into_iter().all(|object| memory.is_unchanged(&start, object)) {
             return Err("a reaction after a stop changes the instance".to_owned());
         }

@@ -60,6 +60,9 @@ impl Attempt<'_> {
                 let (at, _) = self.cell_of(instance, &self.of.hint.extra[number].0)?;
                 cells[at] = Rc::new(value.clone());
             }
+            if let (Some(gate), Some(mark)) = (self.gate_cells()?, &self.gate_mark) {
+                cells[gate.mark] = mark.clone();
+            }
         }
         let mut memory = Memory::default();
         self.program.object(&mut memory, cells);

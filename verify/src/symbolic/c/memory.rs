@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use grafsynth_c::tree::SymbolId;
-use grafsynth_c::tree::Unit;
+use grafsynth_c::tree::{StructId, SymbolId, Unit};
 use grafsynth_c::tree::types::Type;
 
 use super::value::Int;
@@ -30,6 +29,8 @@ pub(super) enum Pointer {
     /// The cell, or the aggregate that starts there, and the number of cells of the object or array that it points into.
     To(Address, usize),
     Function(SymbolId),
+    /// The first byte of a structure that starts at this cell.
+    Bytes(Address, StructId),
 }
 
 /// A cell of an object.

@@ -23,6 +23,8 @@ pub(super) enum Question {
     Stopped(usize),
     /// A scalar that holds nothing of the net, by its number in the hint.
     Extra(usize),
+    /// The gate: reactions are skipped only if they would change nothing.
+    Gate,
     /// The fault flag.
     Fault,
     /// The function that returns whether a step is active, by its number in the hint.

@@ -103,7 +103,7 @@ impl Maker<'_> {
     pub(in crate::symbolic) fn run_invariants(&mut self, state: &State) -> Vec<Lit> {
         let has_sends = self.has_sends();
         let run = self.chart().run.clone();
-        let n_events = Number::constant(self.chart().listened.len() as i64);
+        let n_events = Number::constant(self.n_events());
         let mut all = self.kept_invariants(state);
         let mut queues = vec![&run.internal];
         if let External::Queue(queue) = &run.external {
@@ -153,6 +153,11 @@ impl Maker<'_> {
         let both = self.aig.and(run.running, is_over);
         all.push(!both);
         all
+    }
+
+    /// The number of events that some transition is `on`: the largest number in a queue.
+    pub(in crate::symbolic) fn n_events(&mut self) -> i64 {
+        self.chart().listened.len() as i64
     }
 
     fn limit(&self) -> u32 {
