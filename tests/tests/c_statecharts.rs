@@ -100,28 +100,25 @@ fn charts_with_all_features_are_proved() {
 }
 
 #[test]
-fn most_statecharts_of_examples_and_cases_are_proved() {
+fn all_statecharts_of_examples_and_cases_are_proved() {
     let mut charts = charts();
     charts.retain(|(_, net)| net.settings.policy.is_statechart());
     for style in STYLES {
         let answers = in_parallel(&charts, |(_, net)| {
             let package = emitted(net, style)?;
-            let start = std::time::Instant::now();
-            let answer = proved(net, &package);
-            Some((answer, start.elapsed()))
+            Some(proved(net, &package))
         });
         let (mut n_all, mut n_proved) = (0, 0);
         for ((name, _), answer) in charts.iter().zip(answers) {
-            let Some((answer, time)) = answer else { continue };
+            let Some(answer) = answer else { continue };
             n_all += 1;
-            println!("{name} {}: {time:?}", style.name());
             match answer {
                 Ok(()) => n_proved += 1,
                 Err(why) => println!("{name}: {why}"),
             }
         }
         println!("{n_proved} of {n_all} statecharts are proved as {}", style.name());
-        assert!(n_proved * 10 >= n_all * 9, "{n_proved} of {n_all}");
+        assert_eq!(n_proved, n_all, "{}", style.name());
     }
 }
 
@@ -161,7 +158,7 @@ fn proofs_of_random_statecharts_agree_with_compiled_execution() {
         }
     }
     println!("{n_proved} of {n_all} random statecharts are proved");
-    assert!(n_proved * 2 >= n_all, "{n_proved} of {n_all}");
+    assert!(n_proved * 20 >= n_all * 19, "{n_proved} of {n_all}");
 }
 
 /// No mutant is proved unless it is equal.

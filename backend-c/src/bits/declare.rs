@@ -57,6 +57,8 @@ impl Emit<'_> {
     fn local(&self, temp: TempId) -> Option<Local> {
         let name = self.temps[temp].clone();
         match self.homes[temp] {
+            // Its value is written instead.
+            _ if self.constants.contains_key(&temp) => None,
             Home::Here | Home::Local(0) => Some(Local { name, member: None }),
             Home::Shared => Some(Local { name: "scan".to_owned(), member: Some(name) }),
             Home::Local(_) | Home::Nowhere => None,

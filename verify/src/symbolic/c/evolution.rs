@@ -312,6 +312,8 @@ impl<'a> Attempt<'a> {
         // The run changes below.
         let invariants = self.with_model(|this| this.model.maker.run_invariants(&state));
         self.assumed.extend(invariants);
+        let never_fails = self.never_fails();
+        self.assumed.extend(never_fails);
         memory.restore(&start, INSTANCE);
         memory.restore(&start, OUTPUTS);
         for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
@@ -579,11 +581,21 @@ impl<'a> Attempt<'a> {
             all.extend(shape.valid(net, &mut maker.aig, state));
             all
         });
+        let all: Vec<Lit> = all.into_iter().chain(self.never_fails()).collect();
         let check = |(at, holds): (usize, Lit)| Check {
             question: Question::Invariant(place, at),
             broken: !holds,
         };
         all.into_iter().enumerate().map(check).collect()
+    }
+
+    /// If no local stores the fault, the condition that there is none: a program leaves it out if it never occurs.
+    fn never_fails(&mut self) -> Option<Lit> {
+        let is_fault = |(_, what): &(_, Carried)| *what == Carried::Fault;
+        if self.of.hint.locals.iter().any(is_fault) {
+            return None;
+        }
+        Some(!self.with_model(|this| this.model.maker.has_fault()))
     }
 
     /// The invariants between reactions, and the ranges of the state.
