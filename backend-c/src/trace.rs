@@ -153,8 +153,7 @@ pub(crate) fn extra(places: u16) -> Vec<(Place, Extra)> {
         ("next", i64::from(places.max(1)) - 1),
         ("begins", 1),
     ];
-    let numbers =
-        numbers.map(|(member, most)| (Place::member(name(member)), Extra::UpTo(most)));
+    let numbers = numbers.map(|(member, most)| (Place::member(name(member)), Extra::UpTo(most)));
     let mut all = numbers.to_vec();
     for at in 0..u32::from(places) {
         for member in ["at", "fired"] {

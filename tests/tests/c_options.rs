@@ -103,8 +103,7 @@ fn charts_with_each_option_are_proved() {
         let net = chart(name, text);
         for style in [Style::Switch, Style::Tables, Style::Bits] {
             for (what, options) in option_sets() {
-                let options =
-                    Options { style, prefix: Some("own".to_owned()), ..options };
+                let options = Options { style, prefix: Some("own".to_owned()), ..options };
                 if let Ok(package) = emit(&net, &facts(&net, &small_limits()), &options) {
                     all.push((net.clone(), what, package));
                 }
@@ -168,7 +167,10 @@ fn a_wrong_gate_is_not_proved() {
                 ("changes |= ", "changes = "),
                 ("changes |= ", "changes &= "),
                 ("before[at] ^ now[at]", "before[at] ^ before[at]"),
-                ("uint16_t at = 0U; at < (uint16_t)sizeof(own_t)", "uint16_t at = 1U; at < (uint16_t)sizeof(own_t)"),
+                (
+                    "uint16_t at = 0U; at < (uint16_t)sizeof(own_t)",
+                    "uint16_t at = 1U; at < (uint16_t)sizeof(own_t)",
+                ),
                 ("self->gate = 2U;", "self->gate = 3U;"),
                 ("self->gate != 0U", "self->gate != 1U"),
                 ("    own_reaction(self, in, dt, out);\n", ""),
@@ -197,7 +199,10 @@ fn a_wrong_safe_state_is_not_proved() {
             ("return self->intact != 0xA5U", "return self->intact == 0xA5U"),
             ("self->intact = 0x5AU;\n}", "}"),
             ("!own_intact(self)", "own_intact(self)"),
-            ("out->brake = true;\n        if (self->intact", "out->brake = false;\n        if (self->intact"),
+            (
+                "out->brake = true;\n        if (self->intact",
+                "out->brake = false;\n        if (self->intact",
+            ),
             ("return true;", "return false;"),
             ("self->n > 5", "self->n > 4"),
             ("        return;\n", ""),

@@ -74,12 +74,7 @@ impl Attempt<'_> {
     }
 
     /// What the locals say about whether a condition was called; true if none does.
-    fn noted(
-        &mut self,
-        input: InputId,
-        locals: &BTreeMap<Spot, Meaning>,
-        memory: &Memory,
-    ) -> Lit {
+    fn noted(&mut self, input: InputId, locals: &BTreeMap<Spot, Meaning>, memory: &Memory) -> Lit {
         let hints = &self.of.hint.locals;
         let mut all = Vec::new();
         for ((object, at), meaning) in locals {

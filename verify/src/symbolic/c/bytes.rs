@@ -108,7 +108,6 @@ impl<'u> Program<'u> {
             PlaceKind::Element(..) | PlaceKind::At(..) | PlaceKind::Deref(_) => false,
         }
     }
-
 }
 
 /// The parts of each byte of a structure; bits that are in no part belong to no member. `None` if a member is a pointer, or if the layout is not known.
@@ -120,12 +119,7 @@ fn bytes_of(unit: &Unit, id: StructId) -> Option<Vec<Vec<Part>>> {
 }
 
 /// Adds the parts of an object whose first byte and first cell are given, as [`Unit::layout_of`] places them.
-fn place(
-    unit: &Unit,
-    ty: &Type,
-    (at, cell): (u64, usize),
-    all: &mut Vec<Vec<Part>>,
-) -> Option<()> {
+fn place(unit: &Unit, ty: &Type, (at, cell): (u64, usize), all: &mut Vec<Vec<Part>>) -> Option<()> {
     match ty {
         Type::Array(element, len) => {
             let (size, _) = unit.layout(&element.ty)?;

@@ -76,8 +76,7 @@ impl Attempt<'_> {
         }
         let bits = self.fresh(64 - most.leading_zeros());
         let number = Number::from_code(self.aig(), &bits, 0);
-        let fits =
-            Number::compare(self.aig(), CompareOp::Le, &number, &Number::constant(most));
+        let fits = Number::compare(self.aig(), CompareOp::Le, &number, &Number::constant(most));
         if fits != Lit::TRUE {
             self.valid.push((bits, fits));
         }

@@ -23,7 +23,9 @@ use super::Induction;
 use super::attempt::Attempt;
 use super::evolution::kind_at;
 use super::exec::{Done, Program};
-use super::memory::{Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar, member_offset, n_cells, whole};
+use super::memory::{
+    Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar, member_offset, n_cells, whole,
+};
 use super::question::{Check, Question, Subject};
 use super::value::{Int, compare};
 use crate::symbolic::aig::Lit;

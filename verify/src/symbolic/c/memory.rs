@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use grafsynth_c::tree::{StructId, SymbolId, Unit};
 use grafsynth_c::tree::types::Type;
+use grafsynth_c::tree::{StructId, SymbolId, Unit};
 
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
