@@ -2,8 +2,10 @@
 //! it as a hint. The proof checks what the hint states about the state of the net, so a wrong statement can prevent a proof but never cause a wrong one. It
 //! does not check which member of the interface is which input or output, or which function answers which query: this defines the statement that is proved.
 
-use crate::net::{HistoryId, InputId, OutputId, PartId, StepId, VarId};
+use crate::net::{HistoryId, InputId, OutputId, StepId, VarId};
 use crate::program::Origin;
+
+pub use crate::program::Carried;
 
 /// The representation of a net in C.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -68,29 +70,6 @@ pub struct Local {
     pub name: String,
     /// The member, if the local is a structure.
     pub member: Option<String>,
-}
-
-/// What the evolution of a statechart carries from one check to the next, besides the state of the net (semantics §3.9).
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Carried {
-    /// The reaction has a fault so far.
-    Fault,
-    /// There is another check.
-    Again,
-    /// The number of the event of this check, counted from 1 in this list; 0 for a check without an event.
-    Event(Vec<InputId>),
-    /// The micro-steps since the last event that restarts the count.
-    Count,
-    /// The number of waiting events that restart the count.
-    Restarts,
-    /// This event of the row is still waiting.
-    Waits(InputId),
-    /// The chart had ended before this reaction.
-    HadEnded(PartId),
-    /// This extern condition was called in this reaction.
-    Asked(InputId),
-    /// The value of this extern condition, if it was called in this reaction.
-    Answer(InputId),
 }
 
 /// A scalar member of a structure, or a bit of one.

@@ -792,10 +792,3 @@ impl<'u> Program<'u> {
         Ok(all)
     }
 }
-
-impl Address {
-    /// The cell at this distance after it.
-    pub(super) fn behind(self, cells: usize) -> Address {
-        Address { cell: self.cell + cells, ..self }
-    }
-}

@@ -316,31 +316,7 @@ impl<'a> Attempt<'a> {
         self.assumed.extend(never_fails);
         memory.restore(&start, INSTANCE);
         memory.restore(&start, OUTPUTS);
-        for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
-            let (cell, kind) = self.cell_of(self.structures.instance, place)?;
-            let value = match (self.value_within(&state, at), holds) {
-                (Some((value, used)), _) if used == Lit::TRUE => value,
-                (Some((value, used)), _) => {
-                    let other = match holds {
-                        Holds::Piece(origin, _) if queue_of(*origin).is_some() => {
-                            self.unused_item(place)?
-                        }
-                        _ => self.anything(self.structures.instance, place)?,
-                    };
-                    let Scalar::Int(other) = other else { continue };
-                    Int::merge(self.aig(), &[(used, value), (!used, other)])
-                }
-                (None, Holds::Piece(Origin::Fault, _)) => {
-                    match self.anything(self.structures.instance, place)? {
-                        Scalar::Int(value) => value,
-                        Scalar::Pointer(_) => continue,
-                    }
-                }
-                (None, _) => continue,
-            };
-            let value = self.typed(Scalar::Int(value), kind);
-            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
-        }
+        self.any_within(&state, &mut memory)?;
         self.any_asked();
         let most = self.with_model(|this| this.model.maker.most_rounds());
         let most = i64::try_from(most).unwrap_or(i64::MAX);
@@ -375,6 +351,36 @@ impl<'a> Attempt<'a> {
             memory.put(*object, *cell, new);
         }
         Ok(AtCut { memory, locals, count })
+    }
+
+    /// Gives the members of the instance the values that they have within an evolution, or any value if they have no meaning there.
+    fn any_within(&mut self, state: &State, memory: &mut Memory) -> Result<(), String> {
+        for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
+            let (cell, kind) = self.cell_of(self.structures.instance, place)?;
+            let value = match (self.value_within(state, at), holds) {
+                (Some((value, used)), _) if used == Lit::TRUE => value,
+                (Some((value, used)), _) => {
+                    let other = match holds {
+                        Holds::Piece(origin, _) if queue_of(*origin).is_some() => {
+                            self.unused_item(place)?
+                        }
+                        _ => self.anything(self.structures.instance, place)?,
+                    };
+                    let Scalar::Int(other) = other else { continue };
+                    Int::merge(self.aig(), &[(used, value), (!used, other)])
+                }
+                (None, Holds::Piece(Origin::Fault, _)) => {
+                    match self.anything(self.structures.instance, place)? {
+                        Scalar::Int(value) => value,
+                        Scalar::Pointer(_) => continue,
+                    }
+                }
+                (None, _) => continue,
+            };
+            let value = self.typed(Scalar::Int(value), kind);
+            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
+        }
+        Ok(())
     }
 
     fn carried(&mut self, what: &Carried) -> Option<Int> {

@@ -2,17 +2,16 @@
 //!
 //! Conditions of paths are relative to the statement that made them, so that an `if` without exits leaves nothing but the values that it changed.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{
-    Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
+    Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, StructId, SymbolId, SymbolKind, Unit,
 };
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
-use super::gate::Replaced;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
@@ -51,6 +50,27 @@ pub(super) enum Extern {
     /// An extern condition, with its value in this reaction.
     Condition(Scalar),
     Action(OutputId),
+}
+
+/// A function whose calls are recorded; each gives instance and outputs any values.
+#[derive(Debug, Clone)]
+pub(super) struct Replaced {
+    pub(super) function: SymbolId,
+    /// The arguments that each call must have.
+    pub(super) arguments: Vec<Scalar>,
+    pub(super) instance: Option<StructId>,
+    pub(super) outputs: Option<StructId>,
+    /// The cells of the instance that it does not change.
+    pub(super) kept: BTreeSet<usize>,
+    pub(super) calls: Vec<Made>,
+}
+
+/// A call that was made.
+#[derive(Debug, Clone)]
+pub(super) struct Made {
+    pub(super) when: Lit,
+    pub(super) before: Memory,
+    pub(super) after: Memory,
 }
 
 struct Function<'u> {

@@ -15,14 +15,13 @@ use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use grafsynth_c::tree::types::Type;
-use grafsynth_c::tree::{StructId, SymbolId};
 use grafsynth_ir::expr::CompareOp;
 use grafsynth_ir::instance::{Gate, Place};
 
 use super::Induction;
 use super::attempt::Attempt;
 use super::evolution::kind_at;
-use super::exec::{Done, Program};
+use super::exec::{Done, Made, Program, Replaced};
 use super::memory::{
     Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar, member_offset, n_cells, whole,
 };
@@ -30,27 +29,6 @@ use super::question::{Check, Question, Subject};
 use super::value::{Int, compare};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
-
-/// A function whose calls are recorded; each gives instance and outputs any values.
-#[derive(Debug, Clone)]
-pub(super) struct Replaced {
-    pub(super) function: SymbolId,
-    /// The arguments that each call must have.
-    arguments: Vec<Scalar>,
-    instance: Option<StructId>,
-    outputs: Option<StructId>,
-    /// The cells of the instance that it does not change.
-    kept: BTreeSet<usize>,
-    calls: Vec<Made>,
-}
-
-/// A call that was made.
-#[derive(Debug, Clone)]
-struct Made {
-    when: Lit,
-    before: Memory,
-    after: Memory,
-}
 
 /// The cells of the instance that belong to the gate.
 pub(super) struct GateCells {

@@ -40,6 +40,13 @@ pub(super) struct Address {
     pub(super) cell: usize,
 }
 
+impl Address {
+    /// The cell at this distance after it.
+    pub(super) fn behind(self, cells: usize) -> Address {
+        Address { cell: self.cell + cells, ..self }
+    }
+}
+
 /// Identifies an object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Object {
