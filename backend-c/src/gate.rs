@@ -18,8 +18,9 @@
 use crate::c::print::Node;
 use crate::codes;
 use crate::interface::Interface;
-use crate::style_output::Member;
+use crate::style_output::{Member, StyleOutput};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::instance::Gate;
 use grafsynth_ir::net::{InputKind, Net};
 
 /// Why the gate would not be exact for this chart.
@@ -69,6 +70,16 @@ pub(crate) fn members(interface: &Interface) -> Vec<Member> {
         all.push(member(format!("{} gate_dt", ticks.name()), "its dt"));
     }
     all
+}
+
+/// What a proof knows about these members.
+pub(crate) fn hint(net: &Net, program: &StyleOutput) -> Gate {
+    let has_in = net.inputs.values().any(|input| input.kind.is_handed());
+    Gate {
+        mark: "gate".to_owned(),
+        inputs: has_in.then(|| "gate_in".to_owned()),
+        dt: program.ticks.is_some().then(|| "gate_dt".to_owned()),
+    }
 }
 
 /// `NAME_step`, in the header.

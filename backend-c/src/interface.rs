@@ -1,11 +1,7 @@
 //! The interface of a package: the emitted functions and their parameters.
 
-use crate::io::INPUT_BITS;
 use crate::names::Names;
-use crate::style_output::StyleOutput;
 use crate::times::Ticks;
-use grafsynth_ir::instance::{Place, Representation};
-use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
 /// The data that a caller of the emitted functions must know; the harness is generated from them.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,48 +41,5 @@ impl Interface {
             all.push(format!("{prefix}_out_t *out"));
         }
         if all.is_empty() { "void".to_string() } else { all.join(", ") }
-    }
-}
-
-/// How the C of a style represents the net.
-pub(crate) fn representation(net: &Net, names: &Names, program: &StyleOutput) -> Representation {
-    let bit = |index: usize, width: usize| Place {
-        member: "bits".to_owned(),
-        element: u32::try_from(index / width).ok(),
-        bit: u32::try_from(index % width).ok(),
-    };
-    let handed = net.inputs.iter().filter(|(_, input)| input.kind.is_handed());
-    let inputs = handed.map(|(id, _)| {
-        let index = names.io.input_bit(id);
-        let place =
-            index.map_or_else(|| Place::member(&names.inputs[id]), |index| bit(index, INPUT_BITS));
-        (id, place)
-    });
-    let outputs = net.outputs.iter().filter(|(_, output)| !output.is_extern()).map(|(id, _)| {
-        let index = names.io.output_bit(id);
-        let place = index.map_or_else(
-            || Place::member(&names.outputs[id]),
-            |index| bit(index, names.io.output_bits()),
-        );
-        (id, place)
-    });
-    let conditions = net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Extern);
-    let actions = net.outputs.iter().filter(|(_, output)| output.is_extern());
-    let prefix = &names.prefix;
-    let active = |step| (step, format!("{prefix}_active_{}", names.steps[step]));
-    let shown = net.steps.iter().filter(|(_, step)| !step.hidden);
-    let is_returned = |var: &Var| var.origin == VarOrigin::Declared && var.len.is_none();
-    let vars = net.vars.iter().filter(|(_, var)| is_returned(var));
-    Representation {
-        prefix: prefix.clone(),
-        inputs: inputs.collect(),
-        outputs: outputs.collect(),
-        state: program.holds.clone(),
-        active: shown.map(|(step, _)| active(step)).collect(),
-        vars: vars.map(|(var, _)| (var, format!("{prefix}_var_{}", names.vars[var]))).collect(),
-        fault: program.has_fault.then(|| format!("{prefix}_fault")),
-        conditions: conditions.map(|(id, _)| (id, names.inputs[id].clone())).collect(),
-        actions: actions.map(|(id, _)| (id, names.outputs[id].clone())).collect(),
-        locals: program.locals.clone(),
     }
 }

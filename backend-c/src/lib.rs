@@ -44,6 +44,7 @@ mod port;
 mod queries;
 mod range;
 mod refusal;
+mod representation;
 mod safe;
 mod source;
 mod statechart;
@@ -372,7 +373,7 @@ pub fn emit(
     let instructions = program.engine.as_ref().and_then(|it| it.instructions);
     let room = program.engine.as_ref().and_then(|it| it.room);
     let representation = (!program.holds.is_empty() || program.instance.is_empty())
-        .then(|| interface::representation(net, &names, &program));
+        .then(|| representation::representation(net, &names, &program, options));
     let contract = cost::Contract::of(net, facts, &names, &program.ranges);
     let (files, interface, marks) = header::lay_out(net, facts, &names, program, options);
     Ok(Package {

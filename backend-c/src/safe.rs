@@ -31,6 +31,7 @@ use crate::times::{count_type, unsigned};
 use crate::{Options, codes};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::facts::{Component, Facts};
+use grafsynth_ir::instance::{Extra, Place};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Net, OutputId};
 use itertools::Itertools as _;
@@ -145,6 +146,11 @@ pub(crate) fn watch(net: &Net, facts: &Facts, interface: &Interface, program: &m
         objects: Vec::new(),
     });
     program.init.push(Node::line(format!("self->{MEMBER} = {INTACT};")));
+}
+
+/// What a proof knows about the member.
+pub(crate) fn extra() -> (Place, Extra) {
+    (Place::member(MEMBER), Extra::Running { runs: 0xA5, stopped: 0x5A })
 }
 
 fn leave(condition: &str) -> Node {

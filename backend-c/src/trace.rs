@@ -25,6 +25,7 @@ use crate::codes;
 use crate::names::{MEMBER_OF_TRACE as MEMBER, Names};
 use crate::style_output::{Member, StyleOutput, mentions};
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::instance::{Extra, Place};
 use grafsynth_ir::net::{Net, TransitionId};
 use grafsynth_ir::program::Mark;
 
@@ -141,6 +142,25 @@ pub(crate) fn add(names: &Names, program: &mut StyleOutput) {
         Node::blank(),
     ];
     program.functions.splice(0..0, function);
+}
+
+/// What a proof knows about the members of the ring: the next entry is one of the ring, and nothing but `NAME_trace_byte` reads the entries.
+pub(crate) fn extra(places: u16) -> Vec<(Place, Extra)> {
+    let name = |member: &str| format!("{MEMBER}.{member}");
+    let numbers = [
+        ("reactions", i64::from(u32::MAX)),
+        ("count", i64::from(u32::MAX)),
+        ("next", i64::from(places.max(1)) - 1),
+        ("begins", 1),
+    ];
+    let numbers = numbers.map(|(member, most)| (Place::member(name(member)), Extra::UpTo(most)));
+    let mut all = numbers.to_vec();
+    for at in 0..u32::from(places) {
+        for member in ["at", "fired"] {
+            all.push((Place::element(name(member), at), Extra::Written));
+        }
+    }
+    all
 }
 
 /// The type of the ring and its numbers, before the instance.

@@ -2,8 +2,10 @@
 //! it as a hint. The proof checks what the hint states about the state of the net, so a wrong statement can prevent a proof but never cause a wrong one. It
 //! does not check which member of the interface is which input or output, or which function answers which query: this defines the statement that is proved.
 
-use crate::net::{HistoryId, InputId, OutputId, PartId, StepId, VarId};
+use crate::net::{HistoryId, InputId, OutputId, StepId, VarId};
 use crate::program::Origin;
+
+pub use crate::program::Carried;
 
 /// The representation of a net in C.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -28,6 +30,37 @@ pub struct Representation {
     pub actions: Vec<(OutputId, String)>,
     /// For a statechart: the contents of the locals of `PREFIX_step` at the start of each round of its evolution.
     pub locals: Vec<(Local, Carried)>,
+    /// The scalars of `PREFIX_t` that hold nothing of the state of the net.
+    pub extra: Vec<(Place, Extra)>,
+    /// If `PREFIX_step` skips reactions that cannot change anything: the members that it decides by. The reaction itself is `PREFIX_reaction`.
+    pub gate: Option<Gate>,
+}
+
+/// The members by which `PREFIX_step` decides whether it skips a reaction.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Gate {
+    /// 0 if no inputs are known, 1 if the members below are those of the last reaction, and 2 if that reaction also changed nothing.
+    pub mark: String,
+    /// The inputs of the last reaction, a `PREFIX_in_t`.
+    pub inputs: Option<String>,
+    /// The ticks of the last reaction.
+    pub dt: Option<String>,
+}
+
+/// What is known, between two reactions, about a scalar of the instance that holds nothing of the state of the net.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extra {
+    /// A number from 0 to this one.
+    UpTo(i64),
+    /// Any value: neither a reaction nor a query reads it.
+    Written,
+    /// Whether the chart runs.
+    Running {
+        /// The number while it runs.
+        runs: i64,
+        /// The number after `PREFIX_stop`.
+        stopped: i64,
+    },
 }
 
 /// A scalar local of `PREFIX_step`, or a member of a local structure.
@@ -39,29 +72,10 @@ pub struct Local {
     pub member: Option<String>,
 }
 
-/// What the evolution of a statechart carries from one check to the next, besides the state of the net (semantics §3.9).
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Carried {
-    /// The reaction has a fault so far.
-    Fault,
-    /// There is another check.
-    Again,
-    /// The number of the event of this check, counted from 1 in this list; 0 for a check without an event.
-    Event(Vec<InputId>),
-    /// The micro-steps since the last event that restarts the count.
-    Count,
-    /// The number of waiting events that restart the count.
-    Restarts,
-    /// This event of the row is still waiting.
-    Waits(InputId),
-    /// The chart had ended before this reaction.
-    HadEnded(PartId),
-}
-
 /// A scalar member of a structure, or a bit of one.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
-    /// The member.
+    /// The member; that of a structure which is a member itself is `outer.inner`.
     pub member: String,
     /// The index, if the member is an array.
     pub element: Option<u32>,

@@ -38,6 +38,8 @@ pub struct Program {
     pub body: Vec<Stmt>,
     /// The condition that the evolution loop tests before each round (one round is one check); `None` if a reaction is a single check.
     pub evolution: Option<TempId>,
+    /// For a statechart: the temporaries whose values at the end of a check are read later, with their meaning.
+    pub carried: Vec<(TempId, Carried)>,
     /// The timers that several steps share.
     pub shared_timers: Vec<SharedTimer>,
 }
@@ -135,6 +137,29 @@ pub enum Origin {
     HeldOutput(OutputId, PartId),
     /// The value of a step's bit when an edge comparison started, and other auxiliary cells of one pass.
     Helper,
+}
+
+/// What the evolution of a statechart carries from one check to the next, besides the state of the net (semantics §3.9).
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Carried {
+    /// The reaction has a fault so far.
+    Fault,
+    /// There is another check.
+    Again,
+    /// The number of the event of this check, counted from 1 in this list; 0 for a check without an event.
+    Event(Vec<InputId>),
+    /// The micro-steps since the last event that restarts the count.
+    Count,
+    /// The number of waiting events that restart the count.
+    Restarts,
+    /// This event of the row is still waiting.
+    Waits(InputId),
+    /// The chart had ended before this reaction.
+    HadEnded(PartId),
+    /// This extern condition was called in this reaction.
+    Asked(InputId),
+    /// The value of this extern condition, if it was called in this reaction.
+    Answer(InputId),
 }
 
 /// A value within a reaction.

@@ -8,6 +8,7 @@ mod busy;
 mod c_edited;
 mod c_induction;
 mod c_mutations;
+mod c_options;
 mod c_random;
 mod c_reader;
 mod c_sources;

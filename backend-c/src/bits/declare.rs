@@ -9,7 +9,7 @@ use crate::range::Range;
 use crate::style_output::Member;
 use grafsynth_c::storage;
 use grafsynth_ir::Gather;
-use grafsynth_ir::instance::{Holds, Local, Place};
+use grafsynth_ir::instance::{Carried, Holds, Local, Place};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempId, TempRole};
 use std::collections::BTreeSet;
@@ -56,13 +56,36 @@ impl Emit<'_> {
     }
 
     /// The local of `NAME_step` that stores a temp, as the proof finds it.
-    pub(crate) fn local(&self, temp: TempId) -> Option<Local> {
+    fn local(&self, temp: TempId) -> Option<Local> {
         let name = self.temps[temp].clone();
         match self.homes[temp] {
+            // Its value is written instead.
+            _ if self.constants.contains_key(&temp) => None,
             Home::Here | Home::Local(0) => Some(Local { name, member: None }),
             Home::Shared => Some(Local { name: "scan".to_owned(), member: Some(name) }),
             Home::Local(_) | Home::Nowhere => None,
         }
+    }
+
+    /// The locals of `NAME_step` that carry something from check to check of a statechart.
+    pub(crate) fn carried(&self, carried: &[(TempId, Carried)]) -> Vec<(Local, Carried)> {
+        let temps = carried.iter();
+        let mut all: Vec<(Local, Carried)> =
+            temps.filter_map(|(id, what)| Some((self.local(*id)?, what.clone()))).collect();
+        for input in &self.lazy {
+            let condition = &self.names.inputs[*input];
+            for (word, what) in
+                [("asked", Carried::Asked(*input)), ("cond", Carried::Answer(*input))]
+            {
+                let name = format!("{word}_{condition}");
+                let local = match self.is_split {
+                    true => Local { name: "scan".to_owned(), member: Some(name) },
+                    false => Local { name, member: None },
+                };
+                all.push((local, what));
+            }
+        }
+        all
     }
 
     /// Steps that are stored as single bits of the instance.

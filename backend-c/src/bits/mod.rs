@@ -255,7 +255,7 @@ impl<'a> Emit<'a> {
             engine: None,
             ranges: self.ranges(),
             holds: self.holds(sets_fault),
-            locals: Vec::new(),
+            locals: self.carried(&self.program.carried),
             one_bit: self.one_bit(),
         }
     }

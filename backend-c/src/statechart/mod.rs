@@ -36,7 +36,7 @@ use crate::times::{count_type, unsigned};
 use crate::{Object, Options};
 use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::instance::{Carried, Holds, Local, Place};
+use grafsynth_ir::instance::{Holds, Place};
 use grafsynth_ir::lower::program::{Pieces, pieces};
 use grafsynth_ir::names::Namer;
 use grafsynth_ir::net::{Enter, Evolution, HistoryId, InputId, Net, StepId, Transition};
@@ -378,7 +378,7 @@ impl Emit<'_> {
             engine: None,
             ranges: self.ranges(),
             holds: self.holds(sets_fault),
-            locals: self.locals(),
+            locals: self.statements.carried(&self.pieces.carried),
             one_bit: self.statements.one_bit(),
         }
     }
@@ -516,12 +516,6 @@ impl Emit<'_> {
             around = self.net.steps[state].parent;
         }
         around.is_some()
-    }
-
-    /// The locals of a reaction that carry something from check to check.
-    fn locals(&self) -> Vec<(Local, Carried)> {
-        let carried = self.pieces.carried.iter();
-        carried.filter_map(|(id, what)| Some((self.statements.local(*id)?, what.clone()))).collect()
     }
 
     /// The values of the state variables.

@@ -56,6 +56,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::arena::{Arena, IdMap};
 use crate::diag::Diagnostic;
 use crate::expr::Type;
+use crate::instance::Carried;
 use crate::net::{
     ControlledAction, EdgeOperand, Evolution, History, Input, InputKind, Net, Part, SendSlot, Step,
     StepId, Timer, Transition, Var,
@@ -127,8 +128,10 @@ pub fn program_with(
     }
     let temps = std::mem::take(&mut builder.temps);
     let evolution = builder.evolution;
+    let carried = std::mem::take(&mut builder.carried);
     let shared_timers = additions.shared.to_vec();
-    let mut program = Program { body, temps, evolution, shared_timers, ..Program::default() };
+    let mut program =
+        Program { body, temps, evolution, carried, shared_timers, ..Program::default() };
     with_reset(builder, net, &mut program);
     Ok(if options.prune { prune::prune(program) } else { program })
 }
@@ -182,6 +185,8 @@ struct Builder<'a> {
     shared: &'a [SharedTimer],
     /// The condition of the evolution loop.
     evolution: Option<TempId>,
+    /// For a statechart: the temporaries whose values at the end of a check are read later.
+    carried: Vec<(TempId, Carried)>,
 
     step: IdMap<Step, CellId>,
     times: Times,
@@ -300,6 +305,7 @@ impl<'a> Builder<'a> {
             marks: additions.marks,
             shared: additions.shared,
             evolution: None,
+            carried: Vec::new(),
             step,
             times,
             last_elapsed,

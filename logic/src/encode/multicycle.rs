@@ -531,6 +531,7 @@ impl<'a> Maker<'a> {
             body,
             // Each micro-step has its own clock.
             evolution: None,
+            carried: Vec::new(),
             shared_timers: self.program.shared_timers.clone(),
         };
         Stepwise { program, registers }

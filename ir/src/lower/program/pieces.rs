@@ -204,7 +204,7 @@ impl Builder<'_> {
     }
 
     /// The temporaries that carry something from check to check, and to the end of the reaction.
-    fn carried(&self, fault: TempId, rounds: Rounds) -> Vec<(TempId, Carried)> {
+    pub(super) fn carried(&self, fault: TempId, rounds: Rounds) -> Vec<(TempId, Carried)> {
         let mut all = vec![
             (fault, Carried::Fault),
             (rounds.again, Carried::Again),

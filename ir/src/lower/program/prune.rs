@@ -103,7 +103,9 @@ fn rebuilt(
     let (renamed, cells, temps) = renaming(&program, keep_cell, keep_temp);
     let body = renamed.list(program.body);
     let evolution = program.evolution.and_then(|again| renamed.temps[again]);
-    Program { cells, temps, body, evolution, ..program }
+    let carried = program.carried.into_iter();
+    let carried = carried.filter_map(|(id, what)| Some((renamed.temps[id]?, what))).collect();
+    Program { cells, temps, body, evolution, carried, ..program }
 }
 
 fn renaming(

@@ -177,6 +177,7 @@ impl Builder<'_> {
         when(Expr::or([any, temp(again).not()]), renew, &mut body);
         let limit = self.most_rounds(limit);
         self.evolution = Some(again);
+        self.carried = self.carried(fault, rounds);
         out.push(Stmt::Repeat { limit, condition: temp(again), body });
     }
 

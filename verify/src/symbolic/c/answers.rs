@@ -267,6 +267,11 @@ impl Attempt<'_> {
                 let output = &self.of.net.outputs[self.of.hint.outputs[*at].0];
                 format!("output `{}` may not have its safe value after `NAME_stop`", output.name)
             }
+            Question::Extra(at) => {
+                let member = &self.of.hint.extra[*at].0.member;
+                format!("`self->{member}` may have a wrong value after a reaction")
+            }
+            Question::Gate => "the gate may skip a reaction that changes something".to_owned(),
             Question::Fault => "the fault flag may differ from the chart".to_owned(),
             Question::Active(at) => {
                 format!("`{}` may differ from the chart", self.of.hint.active[*at].1)

@@ -2,15 +2,16 @@
 
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use grafsynth_c::tree::{StructId, Symbol, SymbolKind};
 use grafsynth_ir::instance::Holds;
-use grafsynth_ir::net::InputKind;
+use grafsynth_ir::net::{InputId, InputKind};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::MAX_DT;
 
 use super::exec::Program;
-use super::memory::{INPUTS, INSTANCE, Memory, Scalar};
+use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
 use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
 use crate::symbolic::aig::{Aig, Lit};
@@ -36,6 +37,10 @@ pub(super) struct Attempt<'a> {
     pub(super) inputs: Inputs,
     /// The values of the instance before the reaction, in the order of the hint.
     pub(super) before: Vec<Scalar>,
+    /// The cells of the scalars that hold nothing of the net before the reaction, in the order of the hint.
+    pub(super) extra: Vec<Cell>,
+    /// The mark of the gate, if there is one, before the reaction.
+    pub(super) gate_mark: Option<Rc<Cell>>,
     /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
     /// For each of these variables, its position in its word, for the order of decision diagrams.
@@ -48,6 +53,10 @@ pub(super) struct Attempt<'a> {
     pub(super) assumed: Vec<Lit>,
     /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
     pub(super) unset: Vec<usize>,
+    /// In a part of a reaction that is not the first one: the conditions that earlier parts called an extern condition.
+    pub(super) asked_before: BTreeMap<InputId, Lit>,
+    /// The conditions that this part of the reaction calls an extern condition.
+    pub(super) asked_here: BTreeMap<InputId, Lit>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
     /// The state of the net after the reaction.
@@ -98,12 +107,16 @@ impl<'a> Attempt<'a> {
             state,
             inputs,
             before: Vec::new(),
+            extra: Vec::new(),
+            gate_mark: None,
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
             exclusive: Vec::new(),
             assumed: Vec::new(),
             unset: Vec::new(),
+            asked_before: BTreeMap::new(),
+            asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
             next: None,
             time_bits: Vec::new(),
@@ -126,6 +139,7 @@ impl<'a> Attempt<'a> {
             this.before.push(value);
         }
         this.relate_recorded();
+        this.hold_extra()?;
         Ok(this)
     }
 
@@ -153,6 +167,7 @@ impl<'a> Attempt<'a> {
             return Err(format!("`{}_init` calls an extern condition", self.of.hint.prefix));
         }
         let mut checks = self.call_checks(&wanted)?;
+        checks.extend(self.gate_after_reset(&memory)?);
         checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         checks.extend(self.queries(&state, Some(fault), &memory)?);
@@ -178,10 +193,12 @@ impl<'a> Attempt<'a> {
         if has_queries {
             checks = self.queries(&state, None, &memory)?;
             checks.extend(self.stopped(&memory)?);
+            checks.extend(self.stays_stopped(&memory, &dt)?);
         }
         let start = memory.clone();
         self.link();
-        self.call("_step", &mut memory, Some(&dt))?;
+        self.call(self.of.reaction(), &mut memory, Some(&dt))?;
+        self.keeps_gate(&memory)?;
         checks.extend(self.call_checks(&wanted)?);
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::net::{Input, InputKind, Net};
+use grafsynth_ir::net::Net;
 
 use super::Induction;
 use super::answers::{ALL_NODES, SPLIT_NODES};
@@ -56,7 +56,10 @@ impl Subject<'_> {
                 return Err(format!("after `{}_init`, {why}", self.hint.prefix));
             }
         }
-        Subject { unset: &reset.unset, ..self }.prove_reaction(total)
+        let this = Subject { unset: &reset.unset, ..self };
+        let mut total = this.prove_reaction(total)?;
+        this.prove_gate(&mut total)?;
+        Ok(total)
     }
 
     /// Proves the reaction.
@@ -192,11 +195,6 @@ impl Left {
 fn refuse(net: &Net) -> Result<(), String> {
     if !net.c_texts().is_empty() {
         return Err("C code of the chart's author is not covered by the induction".to_owned());
-    }
-    let is_called = |input: &Input| input.kind == InputKind::Extern;
-    let is_statechart = net.settings.policy.is_statechart();
-    if is_statechart && net.inputs.values().any(is_called) {
-        return Err("extern conditions of statecharts are not covered by the induction".to_owned());
     }
     if !net.unspecified.is_empty() {
         return Err("cells that the chart leaves open are not covered by the induction".to_owned());

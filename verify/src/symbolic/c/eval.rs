@@ -207,6 +207,9 @@ impl<'u> Program<'u> {
                 if !place.ty.is_scalar() {
                     return Err("a structure used as a value is not supported here".to_owned());
                 }
+                if let Some(byte) = self.byte(place, memory)? {
+                    return Ok(Some(Scalar::Int(byte)));
+                }
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
                 self.oblige(cell.unset, "reads a value that was never set", expr.span);
@@ -582,6 +585,9 @@ impl<'u> Program<'u> {
                 if is_null || is_same {
                     return Ok(value);
                 }
+                if let Some(bytes) = self.as_bytes(cases, from, target) {
+                    return Ok(bytes);
+                }
                 Err("a conversion between pointers that changes the type or drops `const` is not supported"
                     .to_owned())
             }
@@ -602,7 +608,11 @@ impl<'u> Program<'u> {
     fn cell(&mut self, from: &[(Address, Lit)], memory: &Memory) -> Done<Rc<Cell>> {
         let mut cells = Vec::with_capacity(from.len());
         for (address, when) in from {
-            cells.push((*when, self.at(*address, memory)?));
+            let cell = self.at(*address, memory)?;
+            if cell.is_untracked() {
+                return Err("a read of a member whose value is not tracked".to_owned());
+            }
+            cells.push((*when, cell));
         }
         match cells.as_slice() {
             [(_, only)] => Ok(only.clone()),
@@ -627,10 +637,12 @@ impl<'u> Program<'u> {
             let Object::Changing(object) = address.object else {
                 return Err("a constant is assigned".to_owned());
             };
-            let new = if to.len() == 1 {
+            let old = self.at(*address, memory)?;
+            let new = if old.is_untracked() {
+                continue;
+            } else if to.len() == 1 {
                 cell.clone()
             } else {
-                let old = self.at(*address, memory)?;
                 merge_cells(&mut self.aig, &[(*when, &cell), (!*when, &old)])
             };
             if !memory.put(object, address.cell, new) {
@@ -662,7 +674,7 @@ impl<'u> Program<'u> {
     }
 
     fn part(&mut self, place: &'u Place, memory: &mut Memory) -> Done<Vec<(Address, usize, Lit)>> {
-        if place.qualifiers.is_volatile {
+        if self.is_declared_volatile(place) {
             return Err("a volatile object is not supported".to_owned());
         }
         match &place.kind {
@@ -728,6 +740,9 @@ impl<'u> Program<'u> {
                 Pointer::Null | Pointer::Function(_) => {
                     self.oblige(when, "uses a null or dangling pointer", loc);
                 }
+                Pointer::Bytes(..) => {
+                    return Err("this use of the bytes of an object is not supported".to_owned());
+                }
             }
         }
         if all.is_empty() {
@@ -775,12 +790,5 @@ impl<'u> Program<'u> {
             return Err("an index is always outside of its array".to_owned());
         }
         Ok(all)
-    }
-}
-
-impl Address {
-    /// The cell at this distance after it.
-    pub(super) fn behind(self, cells: usize) -> Address {
-        Address { cell: self.cell + cells, ..self }
     }
 }

@@ -51,11 +51,11 @@ struct Cut<'u> {
 }
 
 /// A scalar of a local, by its object and its cell.
-type Spot = (usize, usize);
+pub(super) type Spot = (usize, usize);
 
 /// What is known about a local at a cut.
 #[derive(Debug, Clone)]
-enum Meaning {
+pub(super) enum Meaning {
     /// What the hint says.
     Hint(usize),
     /// The number of checks so far.
@@ -100,12 +100,12 @@ impl Subject<'_> {
         let settled = reset.settle_all(&checks, false, &mut total);
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
         let this = Subject { unset: &reset.unset, ..self };
-        let name = format!("{}_step", self.hint.prefix);
+        let name = format!("{}{}", self.hint.prefix, self.reaction());
         let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();
         for cut in cuts {
             let mut proved = total;
-            match this.prove_cut(cut, &mut proved) {
+            match this.prove_cut(cut, &mut proved).and_then(|()| this.prove_gate(&mut proved)) {
                 Ok(()) => return Ok(proved),
                 Err(reason) => why = reason,
             }
@@ -171,10 +171,15 @@ impl<'a> Attempt<'a> {
             .collect();
         checks.extend(self.queries(&state, None, &memory)?);
         checks.extend(self.stopped(&memory)?);
+        if self.of.mark().is_some() {
+            let dt = self.dt()?;
+            checks.extend(self.stays_stopped(&memory, &dt)?);
+        }
         let start = memory.clone();
         self.link();
         let first = self.enter(cut, &mut memory)?;
         self.is_kept(&memory, &start)?;
+        self.keeps_gate(&memory)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         let state = self.with_model(|this| this.model.maker.start_of_evolution(&state, &inputs));
         let wanted = self.model.maker.calls.clone();
@@ -205,6 +210,7 @@ impl<'a> Attempt<'a> {
             Ok(after)
         })?;
         self.is_kept(&after, &memory)?;
+        self.keeps_gate(&after)?;
         let mut changed = BTreeSet::new();
         for ((object, cell), meaning) in &locals {
             let Meaning::Kept(value) = meaning else { continue };
@@ -242,6 +248,7 @@ impl<'a> Attempt<'a> {
         self.program.assume(cut.condition, false, &mut memory);
         let start = memory.clone();
         let memory = self.program.straight(cut.after, memory)?;
+        self.keeps_gate(&memory)?;
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
         }
@@ -268,7 +275,7 @@ impl<'a> Attempt<'a> {
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
         self.constant_in_loop.extend(dt.bits().iter().copied());
-        let name = format!("{}_step", self.of.hint.prefix);
+        let name = format!("{}{}", self.of.hint.prefix, self.of.reaction());
         let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
         let arguments = self.arguments(function, Some(&dt))?;
         self.program.begin(function, arguments, memory);
@@ -306,28 +313,12 @@ impl<'a> Attempt<'a> {
         // The run changes below.
         let invariants = self.with_model(|this| this.model.maker.run_invariants(&state));
         self.assumed.extend(invariants);
+        let never_fails = self.never_fails();
+        self.assumed.extend(never_fails);
         memory.restore(&start, INSTANCE);
         memory.restore(&start, OUTPUTS);
-        for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
-            let (cell, kind) = self.cell_of(self.structures.instance, place)?;
-            let value = match (self.value_within(&state, at), holds) {
-                (Some((value, used)), _) if used == Lit::TRUE => value,
-                (Some((value, used)), _) => {
-                    let other = self.anything(self.structures.instance, place)?;
-                    let Scalar::Int(other) = other else { continue };
-                    Int::merge(self.aig(), &[(used, value), (!used, other)])
-                }
-                (None, Holds::Piece(Origin::Fault, _)) => {
-                    match self.anything(self.structures.instance, place)? {
-                        Scalar::Int(value) => value,
-                        Scalar::Pointer(_) => continue,
-                    }
-                }
-                (None, _) => continue,
-            };
-            let value = self.typed(Scalar::Int(value), kind);
-            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
-        }
+        self.any_within(&state, &mut memory)?;
+        self.any_asked();
         let most = self.with_model(|this| this.model.maker.most_rounds());
         let most = i64::try_from(most).unwrap_or(i64::MAX);
         // There is another check, so there were fewer before.
@@ -344,13 +335,14 @@ impl<'a> Attempt<'a> {
                 Meaning::Counter => Some(Int::Word(count.clone())),
                 Meaning::Hint(at) => {
                     let what = &self.of.hint.locals[*at].1;
-                    self.carried(what)
+                    let asked = kind.and_then(|kind| self.asked_at_cut(what, kind));
+                    asked.or_else(|| self.carried(what))
                 }
                 Meaning::Nothing => None,
             };
             let new = match (value, kind) {
                 (Some(value), Some(kind)) => Cell::of(self.typed(Scalar::Int(value), kind)),
-                (None, Some(kind)) => Cell::of(Scalar::Int(self.any_of(kind))),
+                (None, Some(kind)) => Cell::of(Scalar::Int(self.program.any_of(kind))),
                 (_, None) => return Err("a local of this type is not supported".to_owned()),
             };
             let has_value = memory.object(*object).and_then(|cells| cells.get(*cell));
@@ -362,17 +354,34 @@ impl<'a> Attempt<'a> {
         Ok(AtCut { memory, locals, count })
     }
 
-    /// Any value of a type.
-    fn any_of(&mut self, kind: IntKind) -> Int {
-        if kind == IntKind::Bool {
-            return Int::Bit(self.aig().variable());
+    /// Gives the members of the instance the values that they have within an evolution, or any value if they have no meaning there.
+    fn any_within(&mut self, state: &State, memory: &mut Memory) -> Result<(), String> {
+        for (at, (place, holds)) in self.of.hint.state.iter().enumerate() {
+            let (cell, kind) = self.cell_of(self.structures.instance, place)?;
+            let value = match (self.value_within(state, at), holds) {
+                (Some((value, used)), _) if used == Lit::TRUE => value,
+                (Some((value, used)), _) => {
+                    let other = match holds {
+                        Holds::Piece(origin, _) if queue_of(*origin).is_some() => {
+                            self.unused_item(place)?
+                        }
+                        _ => self.anything(self.structures.instance, place)?,
+                    };
+                    let Scalar::Int(other) = other else { continue };
+                    Int::merge(self.aig(), &[(used, value), (!used, other)])
+                }
+                (None, Holds::Piece(Origin::Fault, _)) => {
+                    match self.anything(self.structures.instance, place)? {
+                        Scalar::Int(value) => value,
+                        Scalar::Pointer(_) => continue,
+                    }
+                }
+                (None, _) => continue,
+            };
+            let value = self.typed(Scalar::Int(value), kind);
+            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
         }
-        let machine = self.of.unit.machine;
-        let mut bits = self.fresh(machine.bits(kind));
-        if !machine.is_signed(kind) {
-            bits.push(Lit::FALSE);
-        }
-        Int::Word(Number::of_bits(bits))
+        Ok(())
     }
 
     fn carried(&mut self, what: &Carried) -> Option<Int> {
@@ -504,13 +513,17 @@ impl<'a> Attempt<'a> {
             if let Some((wanted, used)) = self.value_within(state, at) {
                 let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
                 let broken = self.aig().and(used, differ);
-                checks.push(Check { question, broken });
+                checks.push(Check { question: question.clone(), broken });
+                if matches!(holds, Holds::Piece(origin, _) if queue_of(*origin).is_some()) {
+                    checks.push(Check { question, broken: self.no_item(value) });
+                }
                 continue;
             }
             for broken in self.broken(holds, value, state, Lit::FALSE) {
                 checks.push(Check { question: question.clone(), broken });
             }
         }
+        checks.extend(self.extra_checks(memory)?);
         Ok(checks)
     }
 
@@ -526,6 +539,17 @@ impl<'a> Attempt<'a> {
         let mut checks = Vec::new();
         for ((object, at), meaning) in locals {
             let cell = memory.object(*object).and_then(|cells| cells.get(*at)).cloned();
+            if let Meaning::Hint(hint) = meaning
+                && let Some(Scalar::Int(value)) = cell.as_ref().and_then(|it| it.value.as_ref())
+            {
+                let what = &self.of.hint.locals[*hint].1;
+                if let Some(wrong) = self.asked_wrongly(what, value, (locals, memory)) {
+                    let unset = cell.as_ref().map_or(Lit::TRUE, |it| it.unset);
+                    let broken = self.aig().or(wrong, unset);
+                    checks.push(Check { question: Question::Local(place, *hint), broken });
+                    continue;
+                }
+            }
             let (question, wanted, matters) = match meaning {
                 Meaning::Counter => {
                     (Question::Counter(place, *at), Int::Word(count.clone()), goes_on)
@@ -564,11 +588,21 @@ impl<'a> Attempt<'a> {
             all.extend(shape.valid(net, &mut maker.aig, state));
             all
         });
+        let all: Vec<Lit> = all.into_iter().chain(self.never_fails()).collect();
         let check = |(at, holds): (usize, Lit)| Check {
             question: Question::Invariant(place, at),
             broken: !holds,
         };
         all.into_iter().enumerate().map(check).collect()
+    }
+
+    /// If no local stores the fault, the condition that there is none: a program leaves it out if it never occurs.
+    fn never_fails(&mut self) -> Option<Lit> {
+        let is_fault = |(_, what): &(_, Carried)| *what == Carried::Fault;
+        if self.of.hint.locals.iter().any(is_fault) {
+            return None;
+        }
+        Some(!self.with_model(|this| this.model.maker.has_fault()))
     }
 
     /// The invariants between reactions, and the ranges of the state.
@@ -611,7 +645,7 @@ impl<'a> Attempt<'a> {
     }
 
     /// Shows that no check is broken.
-    fn settle_all(
+    pub(super) fn settle_all(
         &mut self,
         checks: &[Check],
         is_within: bool,
@@ -651,7 +685,7 @@ impl<'a> Attempt<'a> {
 }
 
 /// The integer type of a scalar of an object.
-fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
+pub(super) fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
     match ty {
         Type::Array(element, _) => {
             let size = n_cells(unit, &element.ty)?.max(1);

@@ -3,12 +3,12 @@
 //! Conditions of paths are relative to the statement that made them, so that an `if` without exits leaves nothing but the values that it changed.
 
 use grafsynth_ir::Gather;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
-use grafsynth_c::tree::types::Type;
+use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{
-    Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, SymbolId, SymbolKind, Unit,
+    Arm, Case, Init, ItemKind, Label, Loc, Stmt, StmtKind, StructId, SymbolId, SymbolKind, Unit,
 };
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
@@ -17,6 +17,7 @@ use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells}
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::calls::Call;
+use crate::symbolic::number::Number;
 
 /// The maximum number of statements and expressions that are executed, with those of other paths.
 const MAX_WORK: u64 = 20_000_000;
@@ -26,6 +27,9 @@ const MAX_CALLS: usize = 64;
 const MAX_DEPTH: usize = 400;
 /// The maximum number of rounds of one loop.
 const MAX_ROUNDS: usize = 5_000;
+
+/// The reason for a reaction of which some part has exits.
+const LEFT: &str = "an exit from the middle of a reaction is not supported";
 
 /// The reason why the program cannot be executed.
 pub(super) type Stop = String;
@@ -47,6 +51,27 @@ pub(super) enum Extern {
     /// An extern condition, with its value in this reaction.
     Condition(Scalar),
     Action(OutputId),
+}
+
+/// A function whose calls are recorded; each gives instance and outputs any values.
+#[derive(Debug, Clone)]
+pub(super) struct Replaced {
+    pub(super) function: SymbolId,
+    /// The arguments that each call must have.
+    pub(super) arguments: Vec<Scalar>,
+    pub(super) instance: Option<StructId>,
+    pub(super) outputs: Option<StructId>,
+    /// The cells of the instance that it does not change.
+    pub(super) kept: BTreeSet<usize>,
+    pub(super) calls: Vec<Made>,
+}
+
+/// A call that was made.
+#[derive(Debug, Clone)]
+pub(super) struct Made {
+    pub(super) when: Lit,
+    pub(super) before: Memory,
+    pub(super) after: Memory,
 }
 
 struct Function<'u> {
@@ -72,6 +97,8 @@ pub(super) struct Program<'u> {
     pub(super) calls: Vec<Call>,
     /// For each extern condition that was called, the conditions of its calls.
     pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
+    /// A function whose calls are recorded and not executed.
+    pub(super) replaced: Option<Replaced>,
     /// The number of objects so far, also of those that ended.
     n_objects: usize,
     work: u64,
@@ -136,6 +163,7 @@ impl<'u> Program<'u> {
             externs: BTreeMap::new(),
             calls: Vec::new(),
             asked: BTreeMap::new(),
+            replaced: None,
             n_objects: 0,
             work: 0,
             depth: 0,
@@ -206,6 +234,9 @@ impl<'u> Program<'u> {
         arguments: Vec<Scalar>,
         memory: &mut Memory,
     ) -> Done<Option<Scalar>> {
+        if self.replaced.as_ref().is_some_and(|one| one.function == function) {
+            return self.call_replaced(&arguments, memory);
+        }
         let data = &self.unit.symbols[function];
         let Some(Function { params, body }) = self.functions.get(&function) else {
             if let Some(known) = self.externs.get(&function).cloned() {
@@ -274,6 +305,19 @@ impl<'u> Program<'u> {
         Ok(None)
     }
 
+    /// Any value of a type.
+    pub(super) fn any_of(&mut self, kind: IntKind) -> Int {
+        if kind == IntKind::Bool {
+            return Int::Bit(self.aig.variable());
+        }
+        let n_bits = self.unit.machine.bits(kind);
+        let mut bits: Vec<Lit> = (0..n_bits).map(|_| self.aig.variable()).collect();
+        if !self.unit.machine.is_signed(kind) {
+            bits.push(Lit::FALSE);
+        }
+        Int::Word(Number::of_bits(bits))
+    }
+
     /// Begins a call that is executed in parts, by [`Program::straight`] and [`Program::once`].
     pub(super) fn begin(
         &mut self,
@@ -299,7 +343,15 @@ impl<'u> Program<'u> {
         let mut memory = memory;
         for stmt in list {
             let flow = self.stmt(stmt, memory)?;
-            memory = Self::only(flow)?;
+            let Flow { normal: Some((_, after)), breaks, continues, returns } = flow else {
+                return Err(LEFT.to_owned());
+            };
+            // The check of `--safe-state` must pass.
+            let exits = breaks.iter().chain(&continues).map(|(when, _)| *when);
+            let exits = exits.chain(returns.iter().map(|(when, _, _)| *when));
+            let left = self.aig.or_all(exits.collect::<Vec<_>>());
+            self.oblige(left, "leaves the reaction too early", stmt.span);
+            memory = after;
         }
         Ok(memory)
     }
@@ -317,7 +369,7 @@ impl<'u> Program<'u> {
             {
                 Ok(memory)
             }
-            _ => Err("an exit from the middle of a reaction is not supported".to_owned()),
+            _ => Err(LEFT.to_owned()),
         }
     }
 

@@ -8,7 +8,6 @@ use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{StructId, SymbolId, Unit};
 use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::instance::Place;
-use grafsynth_ir::net::Output;
 
 use super::attempt::{Attempt, Structures};
 use super::exec::Extern;
@@ -56,6 +55,15 @@ impl Attempt<'_> {
             // A reaction that reads it before it writes it may read a value that was never set.
             let unset = Lit::constant(self.of.unset.contains(&number));
             cells[at] = Rc::new(Cell { unset, ..Cell::of(value) });
+        }
+        if state.is_some() {
+            for (number, value) in self.extra.iter().enumerate() {
+                let (at, _) = self.cell_of(instance, &self.of.hint.extra[number].0)?;
+                cells[at] = Rc::new(value.clone());
+            }
+            if let (Some(gate), Some(mark)) = (self.gate_cells()?, &self.gate_mark) {
+                cells[gate.mark] = mark.clone();
+            }
         }
         let mut memory = Memory::default();
         self.program.object(&mut memory, cells);
@@ -125,13 +133,15 @@ impl Attempt<'_> {
     ) -> Result<(usize, IntKind), String> {
         let unit = self.of.unit;
         let missing = || format!("the text has no member `{}`", place.member);
-        let id = of.ok_or_else(missing)?;
-        let members = &unit.structs[id].members;
-        let at = members.iter().position(|member| member.name == place.member);
-        let at = at.ok_or_else(missing)?;
-        let offset = member_offset(unit, &Type::Struct(id), at).ok_or_else(missing)?;
-        let mut ty = &members[at].canonical.ty;
-        let mut cell = offset;
+        let root = Type::Struct(of.ok_or_else(missing)?);
+        let (mut ty, mut cell) = (&root, 0);
+        for name in place.member.split('.') {
+            let members = &unit.structs[ty.as_struct().ok_or_else(missing)?].members;
+            let at = members.iter().position(|member| member.name == name);
+            let at = at.ok_or_else(missing)?;
+            cell += member_offset(unit, ty, at).ok_or_else(missing)?;
+            ty = &members[at].canonical.ty;
+        }
         if let Type::Array(element, len) = ty {
             let index = place.element.unwrap_or(0);
             if len.is_none_or(|len| u64::from(index) >= len) {
@@ -245,16 +255,19 @@ impl Attempt<'_> {
         let apart = calls::differ(self.aig(), &made, wanted)?;
         let mut checks: Vec<Check> =
             apart.into_iter().map(|broken| Check { question: Question::Calls, broken }).collect();
-        for (at, (_, name)) in self.of.hint.conditions.iter().enumerate() {
+        for (at, (input, name)) in self.of.hint.conditions.iter().enumerate() {
             let ways = self.function(name).and_then(|function| asked.get(&function));
             let Some(ways) = ways else { continue };
+            let earlier = self.asked_before.get(input).copied().unwrap_or(Lit::FALSE);
             let aig = &mut self.program.aig;
-            let (mut once, mut twice) = (Lit::FALSE, Lit::FALSE);
+            let (mut any, mut once, mut twice) = (Lit::FALSE, earlier, Lit::FALSE);
             for way in ways {
                 let again = aig.and(once, *way);
                 twice = aig.or(twice, again);
                 once = aig.or(once, *way);
+                any = aig.or(any, *way);
             }
+            self.asked_here.insert(*input, any);
             checks.push(Check { question: Question::CalledTwice(at), broken: twice });
         }
         Ok(checks)
@@ -275,36 +288,6 @@ impl Attempt<'_> {
             Some(Scalar::Int(value)) => Ok(value),
             _ => Err(format!("`{name}` returns no number")),
         }
-    }
-
-    /// The checks after a call of `NAME_stop`, if the text defines it: each output has its safe value, and the instance is unchanged.
-    pub(super) fn stopped(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
-        let name = format!("{}_stop", self.of.hint.prefix);
-        if self.function(&name).is_none() {
-            return Ok(Vec::new());
-        }
-        let mut after = memory.clone();
-        self.call("_stop", &mut after, None)?;
-        if ![INSTANCE, INPUTS].into_iter().all(|object| after.is_unchanged(memory, object)) {
-            return Err(format!("`{name}` changes the instance"));
-        }
-        let code = |output: &Output| {
-            let lo = match output.ty {
-                NetType::Bool => 0,
-                NetType::Int { lo, .. } => lo,
-            };
-            let code = output.safe_value().wrapping_sub(lo);
-            (0..output.ty.bits()).map(|bit| Lit::constant(code >> bit & 1 == 1)).collect()
-        };
-        let codes: Vec<Vec<Lit>> = self.of.net.outputs.values().map(code).collect();
-        let mut checks = self.shown_outputs(&codes, &after)?;
-        for check in &mut checks {
-            // An output after a reaction is another question, which other cases may answer.
-            if let Question::Output(at) = check.question {
-                check.question = Question::Stopped(at);
-            }
-        }
-        Ok(checks)
     }
 
     /// The checks of the functions that return parts of a state.

@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-use grafsynth_c::tree::SymbolId;
-use grafsynth_c::tree::Unit;
 use grafsynth_c::tree::types::Type;
+use grafsynth_c::tree::{StructId, SymbolId, Unit};
 
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
@@ -30,6 +29,8 @@ pub(super) enum Pointer {
     /// The cell, or the aggregate that starts there, and the number of cells of the object or array that it points into.
     To(Address, usize),
     Function(SymbolId),
+    /// The first byte of a structure that starts at this cell.
+    Bytes(Address, StructId),
 }
 
 /// A cell of an object.
@@ -37,6 +38,13 @@ pub(super) enum Pointer {
 pub(super) struct Address {
     pub(super) object: Object,
     pub(super) cell: usize,
+}
+
+impl Address {
+    /// The cell at this distance after it.
+    pub(super) fn behind(self, cells: usize) -> Address {
+        Address { cell: self.cell + cells, ..self }
+    }
 }
 
 /// Identifies an object.
@@ -66,6 +74,13 @@ impl Cell {
     pub(super) fn unset(n: usize) -> Vec<Rc<Cell>> {
         let cell = Rc::new(Cell::UNSET);
         (0..n).map(|_| cell.clone()).collect()
+    }
+
+    /// A cell with a value that is not tracked; nothing may read it.
+    pub(super) const UNTRACKED: Cell = Cell { value: None, unset: Lit::FALSE, whole: None };
+
+    pub(super) fn is_untracked(&self) -> bool {
+        self.value.is_none() && self.unset == Lit::FALSE
     }
 
     pub(super) fn of(value: Scalar) -> Cell {

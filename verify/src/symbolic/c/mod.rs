@@ -9,12 +9,16 @@
 #![allow(clippy::wildcard_enum_match_arm, reason = "variants that are not listed are refused")]
 
 mod answers;
+mod asked;
 mod assume;
 mod attempt;
+mod bytes;
 mod cases;
 mod eval;
 mod evolution;
 mod exec;
+mod extra;
+mod gate;
 mod interface;
 mod memory;
 mod merged;

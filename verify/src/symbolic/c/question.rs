@@ -21,6 +21,10 @@ pub(super) enum Question {
     Output(usize),
     /// An output after `NAME_stop`, by its number in the hint.
     Stopped(usize),
+    /// A scalar that holds nothing of the net, by its number in the hint.
+    Extra(usize),
+    /// The gate: reactions are skipped only if they would change nothing.
+    Gate,
     /// The fault flag.
     Fault,
     /// The function that returns whether a step is active, by its number in the hint.

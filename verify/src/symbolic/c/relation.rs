@@ -107,7 +107,7 @@ impl Attempt<'_> {
 
     /// An element of a queue: any value if it is not used.
     fn held_item(&mut self, place: &Place, which: Which, element: u32) -> Result<Scalar, String> {
-        let other = self.anything(self.structures.instance, place)?;
+        let other = self.unused_item(place)?;
         let state = self.state.clone();
         let item = item(self.aig(), &state, which, element);
         let (Some((number, used)), Scalar::Int(other)) = (item, &other) else { return Ok(other) };
@@ -287,16 +287,18 @@ impl Attempt<'_> {
             let add = |broken| Check { question: question.clone(), broken };
             checks.extend([cell.unset].into_iter().chain(broken).map(add));
         }
+        checks.extend(self.extra_checks(memory)?);
         Ok(checks)
     }
 
     /// The condition under which an element of a queue differs although it is used, between reactions.
     fn wrong_item(&mut self, origin: Origin, element: u32, value: &Int, state: &State) -> Vec<Lit> {
+        let outside = self.no_item(value);
         let aig = &mut self.program.aig;
         let found = queue_of(origin).and_then(|which| item(aig, state, which, element));
-        let Some((number, used)) = found else { return Vec::new() };
+        let Some((number, used)) = found else { return vec![outside] };
         let differ = differs(aig, value, &Value::Number(number));
-        vec![aig.and(used, differ)]
+        vec![aig.and(used, differ), outside]
     }
 
     /// The conditions under which a scalar does not have the required value.

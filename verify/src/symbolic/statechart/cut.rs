@@ -12,7 +12,7 @@
 
 use grafsynth_ir::expr::{ArithOp, CompareOp};
 use grafsynth_ir::instance::Carried;
-use grafsynth_ir::net::{EdgeId, Evolution, InputId, InputKind};
+use grafsynth_ir::net::{EdgeId, Evolution, InputId, InputKind, PartId, StepKind};
 
 use super::super::aig::Lit;
 use super::super::number::Number;
@@ -90,6 +90,11 @@ impl Maker<'_> {
         self.end_of_statechart(state)
     }
 
+    /// True if the reaction has a fault so far.
+    pub(in crate::symbolic) fn has_fault(&mut self) -> Lit {
+        self.chart().run.fault
+    }
+
     /// True if there is another check.
     pub(in crate::symbolic) fn goes_on(&mut self) -> Lit {
         self.chart().run.running
@@ -103,8 +108,10 @@ impl Maker<'_> {
     pub(in crate::symbolic) fn run_invariants(&mut self, state: &State) -> Vec<Lit> {
         let has_sends = self.has_sends();
         let run = self.chart().run.clone();
-        let n_events = Number::constant(self.chart().listened.len() as i64);
+        let n_events = Number::constant(self.n_events());
         let mut all = self.kept_invariants(state);
+        let never = self.never();
+        all.extend(run.event.iter().filter(|(event, _)| never.contains(event)).map(|it| !*it.1));
         let mut queues = vec![&run.internal];
         if let External::Queue(queue) = &run.external {
             queues.push(queue);
@@ -133,6 +140,10 @@ impl Maker<'_> {
                 let most = Number::compare(&mut self.aig, CompareOp::Le, item, &n_events);
                 let is_event = self.aig.and(least, most);
                 all.push(self.aig.or(!queue.used[at], is_event));
+                for event in &never {
+                    let is_it = self.is_event(item, *event);
+                    all.push(!self.aig.and(queue.used[at], is_it));
+                }
             }
         }
         let events: Vec<Lit> = run.event.values().copied().collect();
@@ -153,6 +164,11 @@ impl Maker<'_> {
         let both = self.aig.and(run.running, is_over);
         all.push(!both);
         all
+    }
+
+    /// The number of events that some transition is `on`: the largest number in a queue.
+    pub(in crate::symbolic) fn n_events(&mut self) -> i64 {
+        self.chart().listened.len() as i64
     }
 
     fn limit(&self) -> u32 {
@@ -261,6 +277,7 @@ impl Maker<'_> {
     /// ended keep outputs.
     pub(in crate::symbolic) fn row_invariants(&mut self, state: &State) -> Vec<Lit> {
         let mut all = self.kept_invariants(state);
+        let never = self.never();
         let is_over = self.everything_has_ended(state);
         for queue in [&state.internal, &state.external].into_iter().flatten() {
             for (item, at) in queue.items.iter().zip(0..) {
@@ -270,17 +287,56 @@ impl Maker<'_> {
                     Number::compare(&mut self.aig, CompareOp::Ge, item, &Number::constant(1));
                 let may_wait = self.aig.and(is_event, !is_over);
                 all.push(self.aig.or(is_free, may_wait));
+                for event in &never {
+                    let is_it = self.is_event(item, *event);
+                    all.push(self.aig.or(is_free, !is_it));
+                }
             }
         }
         all
     }
 
+    /// The events that some transition is `on` although they cannot occur.
+    fn never(&mut self) -> Vec<InputId> {
+        let chart = self.chart();
+        let listened = chart.listened.iter();
+        listened.filter(|event| !chart.possible.events.contains(event)).copied().collect()
+    }
+
+    /// True if an element of a queue is this event.
+    fn is_event(&mut self, item: &Number, event: InputId) -> Lit {
+        let at = self.chart().listened.binary_search(&event);
+        at.map_or(Lit::FALSE, |at| self.equals(item, at + 1))
+    }
+
+    /// Only charts that have ended keep outputs, they are in a final state, and sends that cannot occur do not run.
     fn kept_invariants(&mut self, state: &State) -> Vec<Lit> {
+        let net = self.net;
+        let possible = self.chart().possible.slots.clone();
+        let never = net.sends.ids().filter(|slot| !possible.contains(slot));
+        let idle: Vec<Lit> = never
+            .filter_map(|slot| state.slots.get(slot.index())?.as_ref())
+            .map(|left| self.equals(left, 0))
+            .collect();
         let kept = state.kept.iter().map(|((_, part), kept)| {
             let ended = state.ended.get(part).copied().unwrap_or(Lit::FALSE);
             self.aig.or(!*kept, ended)
         });
-        kept.collect()
+        let mut all: Vec<Lit> = idle.into_iter().chain(kept).collect();
+        for (chart, ended) in &state.ended {
+            let is_its = |part: PartId| self.chart_of(part) == Some(*chart);
+            let finals = net.steps.iter().filter(|(_, step)| {
+                step.kind == StepKind::Final && step.parent.is_none() && is_its(step.part)
+            });
+            let finals: Vec<Lit> = finals.map(|(id, _)| state.active[id.index()]).collect();
+            let any = self.aig.or_all(finals);
+            all.push(self.aig.or(!*ended, any));
+        }
+        all
+    }
+
+    fn chart_of(&self, part: PartId) -> Option<PartId> {
+        Some(self.statechart.as_ref()?.tree.chart_of[part.index()])
     }
 
     /// A value that the evolution carries; `None` if this evolution has none.
@@ -311,6 +367,8 @@ impl Maker<'_> {
                 External::Queue(_) => return None,
             },
             Carried::HadEnded(part) => Held::Flag(run.had_ended.get(part).copied()?),
+            // They are no part of the net.
+            Carried::Asked(_) | Carried::Answer(_) => return None,
         })
     }
 

@@ -7,6 +7,7 @@
 mod clocked;
 pub(super) mod cut;
 mod enter;
+mod possible;
 mod queues;
 pub(super) mod run;
 mod select;

@@ -9,6 +9,7 @@ use grafsynth_ir::walk::statements;
 use super::super::aig::Lit;
 use super::super::number::Number;
 use super::super::state::ChartShape;
+use super::possible::Possible;
 use super::tree::Tree;
 
 /// The static data of the statecharts of a net, and the data of the current reaction.
@@ -21,6 +22,8 @@ pub(crate) struct Statechart {
     pub(super) bound: u32,
     /// True if lists send to the external queue, so that it is not only the events of a row.
     pub(super) sends: bool,
+    /// The events and sends that can occur.
+    pub(super) possible: Possible,
     pub(in crate::symbolic) run: Run,
 }
 
@@ -99,6 +102,7 @@ impl Statechart {
             listened,
             bound,
             sends,
+            possible: Possible::of(net),
             run: Run {
                 internal,
                 external,

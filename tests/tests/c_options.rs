@@ -1,0 +1,295 @@
+//! The proof of emitted C with the options that add something around a reaction: the gate, the safe state, the trace ring; and with extern conditions of
+//! statecharts. Single changes of the lines that they add must stay unproved.
+
+use crate::c_mutations::{changes, difference};
+use grafsynth_backend_c::{Io, Options, Package, Style, emit};
+use grafsynth_driver::c_proof::prove_c;
+use grafsynth_engines::tools;
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::Net;
+use grafsynth_sim::Random;
+use grafsynth_tests::{chart, in_parallel, rounds, small_limits};
+use grafsynth_verify::{Limits, facts};
+
+/// Times, a number and two components; an output that is on when it is safe.
+const GRAFCET: &str = "chart pump {
+    tick 10 ms
+    conflict priority
+    input start, full, stop
+    output run, warn
+    output brake safe on
+    var n: int 0..5
+    initial step idle { brake }
+    step fill { run; entry { n := n + 1 } }
+    step wait
+    idle -> fill when start and n < 5
+    fill -> wait when full
+    wait -> idle after 2 s
+    initial step calm
+    step late { warn if n > 2 }
+    calm -> late when fill.active after 5 s
+    late -> calm when stop
+}
+";
+
+/// A statechart with a queue, a history and a time.
+const STATECHART: &str = "chart door {
+    tick 100 ms
+    conflict inner-first
+    queue 2
+    event push, pull
+    input light
+    output open, lamp
+    var n: int 0..3
+    initial state shut
+    state ajar { open
+        history last -> low
+        initial state low
+        state high { lamp; entry { raise pull } }
+        low -> high on push when n < 3 do { n := n + 1 }
+        high -> low after 1 s }
+    shut -> last on push when light
+    ajar -> shut on pull when not light
+}
+";
+
+/// Extern conditions: read once or twice in a check, in several checks of a reaction, and after the last one.
+const ASKS: &str = "chart asks {
+    conflict inner-first
+    event go, back
+    extern condition ready(), warm()
+    output lamp
+    var n: int 0..9
+    initial state off
+    state on {
+        lamp if warm()
+        initial state low
+        state high
+        low -> high on go when ready()
+        high -> low on go when ready() or warm()
+    }
+    off -> on on go when ready()
+    on -> off on back when not warm()
+    off -> on when ready() and n < 3 do { n := n + 1 }
+}
+";
+
+fn emitted(net: &Valid<Net>, options: Options) -> Package {
+    let options = Options { prefix: Some("own".to_owned()), ..options };
+    emit(net, &facts(net, &small_limits()), &options).expect("the style supports it")
+}
+
+fn proved(net: &Valid<Net>, package: &Package) -> Result<(), String> {
+    prove_c(net, &facts(net, &small_limits()), package, &Limits::default()).map(|_| ())
+}
+
+/// The sets of options, each with a name.
+fn option_sets() -> Vec<(&'static str, Options)> {
+    let plain = Options::default;
+    vec![
+        ("gate", Options { gate: true, ..plain() }),
+        ("gate and words", Options { gate: true, io: Io::Words, ..plain() }),
+        ("safe state", Options { safe_state: true, ..plain() }),
+        ("gate and safe state", Options { gate: true, safe_state: true, ..plain() }),
+        ("trace ring", Options { trace: Some(5), ..plain() }),
+        ("trace ring and safe state", Options { trace: Some(3), safe_state: true, ..plain() }),
+    ]
+}
+
+#[test]
+fn charts_with_each_option_are_proved() {
+    let mut all = Vec::new();
+    for (name, text) in [("pump.graf", GRAFCET), ("door.graf", STATECHART)] {
+        let net = chart(name, text);
+        for style in [Style::Switch, Style::Tables, Style::Bits] {
+            for (what, options) in option_sets() {
+                let options = Options { style, prefix: Some("own".to_owned()), ..options };
+                if let Ok(package) = emit(&net, &facts(&net, &small_limits()), &options) {
+                    all.push((net.clone(), what, package));
+                }
+            }
+        }
+    }
+    let answers = in_parallel(&all, |(net, _, package)| proved(net, package));
+    for ((_, what, package), answer) in all.iter().zip(answers) {
+        if let Err(why) = answer {
+            let (style, text) = (package.style, &package.files[1].text);
+            panic!("{} as {style} with {what}: {why}\n{text}", package.prefix());
+        }
+    }
+    assert!(all.len() >= 24, "{}", all.len());
+}
+
+/// The text with a change, which must apply.
+fn changed(package: &Package, old: &str, new: &str) -> Package {
+    let mut package = package.clone();
+    let file = package.files.iter_mut().find(|file| file.text.contains(old));
+    let file = file.unwrap_or_else(|| panic!("`{old}` is not in the text"));
+    file.text = file.text.replacen(old, new, 1);
+    package
+}
+
+fn stays_open(net: &Valid<Net>, package: &Package, mutants: &[(&str, &str)]) {
+    assert_eq!(proved(net, package), Ok(()), "{}", package.files[1].text);
+    let answers = in_parallel(mutants, |(old, new)| proved(net, &changed(package, old, new)));
+    for ((old, new), answer) in mutants.iter().zip(answers) {
+        assert!(answer.is_err(), "proved: `{old}` becomes `{new}`\n{}", package.files[1].text);
+    }
+}
+
+#[test]
+fn a_wrong_gate_is_not_proved() {
+    for (name, text) in [("pump.graf", GRAFCET), ("door.graf", STATECHART)] {
+        let net = chart(name, text);
+        let options = Options { style: Style::Bits, gate: true, ..Options::default() };
+        let package = emitted(&net, options);
+        let input = if name == "pump.graf" { "full" } else { "light" };
+        let same = format!("(in->{input} == self->gate_in.{input})");
+        let is_true = "true".to_owned();
+        let header = package.files[0].text.clone();
+        let compares = header.matches(&same).count();
+        assert_eq!(compares, 1, "{header}");
+        stays_open(
+            &net,
+            &package,
+            &[
+                ("self->gate == 2U", "self->gate >= 1U"),
+                ("self->gate == 2U", "self->gate != 2U"),
+                (same.as_str(), is_true.as_str()),
+                ("(dt == self->gate_dt)", "true"),
+                ("self->gate = 0U;", "self->gate = 2U;"),
+                ("self->gate = 0U;", ""),
+                ("self->gate = 1U;", "self->gate = 2U;"),
+                ("self->gate = 1U;", ""),
+                ("self->gate_in = *in;", ""),
+                ("self->gate_dt = dt;", ""),
+                ("changes == 0U", "changes <= 1U"),
+                ("changes |= ", "changes = "),
+                ("changes |= ", "changes &= "),
+                ("before[at] ^ now[at]", "before[at] ^ before[at]"),
+                (
+                    "uint16_t at = 0U; at < (uint16_t)sizeof(own_t)",
+                    "uint16_t at = 1U; at < (uint16_t)sizeof(own_t)",
+                ),
+                ("self->gate = 2U;", "self->gate = 3U;"),
+                ("self->gate != 0U", "self->gate != 1U"),
+                ("    own_reaction(self, in, dt, out);\n", ""),
+                (
+                    "    own_reaction(self, in, dt, out);\n",
+                    "    own_reaction(self, in, dt, out);\n    own_reaction(self, in, dt, out);\n",
+                ),
+                ("own_reaction(self, in, dt, out);", "own_reaction(self, in, 1U, out);"),
+            ],
+        );
+    }
+}
+
+#[test]
+fn a_wrong_safe_state_is_not_proved() {
+    let net = chart("pump.graf", GRAFCET);
+    let options = Options { style: Style::Bits, safe_state: true, ..Options::default() };
+    let package = emitted(&net, options);
+    stays_open(
+        &net,
+        &package,
+        &[
+            ("self->intact = 0xA5U;", "self->intact = 0x5AU;"),
+            ("self->intact = 0xA5U;", ""),
+            ("if (self->intact != 0xA5U)", "if (self->intact == 0xA5U)"),
+            ("return self->intact != 0xA5U", "return self->intact == 0xA5U"),
+            ("self->intact = 0x5AU;\n}", "}"),
+            ("!own_intact(self)", "own_intact(self)"),
+            (
+                "out->brake = true;\n        if (self->intact",
+                "out->brake = false;\n        if (self->intact",
+            ),
+            ("return true;", "return false;"),
+            ("self->n > 5", "self->n > 4"),
+            ("        return;\n", ""),
+            ("active != 1U", "active == 1U"),
+        ],
+    );
+}
+
+#[test]
+fn a_wrong_trace_ring_is_not_proved() {
+    for (name, text) in [("pump.graf", GRAFCET), ("door.graf", STATECHART)] {
+        let net = chart(name, text);
+        let options = Options { style: Style::Bits, trace: Some(4), ..Options::default() };
+        let package = emitted(&net, options);
+        stays_open(
+            &net,
+            &package,
+            &[
+                ("trace->next >= OWN_TRACE_PLACES", "trace->next > OWN_TRACE_PLACES"),
+                ("trace->next = 0U;", ""),
+                ("self->trace.next = 0;", "self->trace.next = 4;"),
+                ("self->trace.next = 0;", ""),
+                ("self->trace.reactions = 0;", ""),
+                ("++trace->next;", "++trace->next; self->n = 1;"),
+            ],
+        );
+    }
+}
+
+#[test]
+fn extern_conditions_of_statecharts_are_proved_and_wrong_calls_are_not() {
+    let net = chart("asks.graf", ASKS);
+    for style in [Style::Switch, Style::Bits] {
+        let package = emitted(&net, Options { style, ..Options::default() });
+        let of = if style == Style::Bits { "" } else { "scan." };
+        let mutants = [
+            ("@asked_ready = true;", ""),
+            ("@asked_ready = true;", "@asked_ready = false;"),
+            ("asked_ready = false;", "asked_ready = true;"),
+            ("!@asked_ready", "true"),
+            ("!@asked_warm", "true"),
+            ("@cond_ready = ready();", "(void)ready();"),
+            ("@cond_ready = ready();", "@cond_ready = !ready();"),
+            ("@cond_ready = ready();", "@cond_ready = warm();"),
+        ];
+        let mutants = mutants.map(|(old, new)| (old.replace('@', of), new.replace('@', of)));
+        let mutants: Vec<(&str, &str)> =
+            mutants.iter().map(|(old, new)| (old.as_str(), new.as_str())).collect();
+        stays_open(&net, &package, &mutants);
+    }
+}
+
+/// No mutant of a text with options is proved unless it is equal.
+#[test]
+fn no_mutant_of_a_text_with_options_that_differs_is_proved() {
+    if tools::c_compiler().is_none() {
+        return;
+    }
+    let mut subjects = Vec::new();
+    for (name, text) in [("pump.graf", GRAFCET), ("door.graf", STATECHART)] {
+        let net = chart(name, text);
+        for (_, options) in option_sets() {
+            let package = emitted(&net, Options { style: Style::Bits, ..options });
+            let changes = changes(&package);
+            subjects.push((net.clone(), package, changes));
+        }
+    }
+    let mut random = Random::new(12);
+    let numbers = 0..rounds(12, 1_200) as usize;
+    let mutants: Vec<_> = numbers
+        .map(|at| {
+            let (net, package, changes) = &subjects[at % subjects.len()];
+            (net, package, random.pick(changes).expect("C has tokens").clone())
+        })
+        .collect();
+    let proved = in_parallel(&mutants, |(net, package, change)| {
+        let mut mutant = (*package).clone();
+        mutant.files[change.file].text.replace_range(change.from..change.to, &change.with);
+        let is_proved = proved(net, &mutant).is_ok();
+        if is_proved && let Some(why) = difference(net, &mutant) {
+            let text = &package.files[change.file].text;
+            let line = text[..change.from].matches('\n').count() + 1;
+            let shown = text.lines().nth(line - 1).unwrap_or_default();
+            panic!("proved, but different: {}, {change:?}: `{shown}`: {why}", package.prefix());
+        }
+        is_proved
+    });
+    let n_proved = proved.iter().filter(|it| **it).count();
+    assert!(n_proved * 2 < mutants.len(), "{n_proved} of {}", mutants.len());
+}
