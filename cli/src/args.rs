@@ -373,6 +373,17 @@ pub(crate) struct Check {
     pub(crate) watch: bool,
 }
 
+/// Values of `build --report`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReportForm {
+    /// One page that is complete in itself
+    Html,
+    /// A Markdown page, with drawings in files of their own
+    Md,
+    /// For programs
+    Json,
+}
+
 /// Values of `build --trace`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum BuildTrace {
@@ -471,9 +482,10 @@ pub(crate) struct Build {
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Also write STEM.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (for example `STEM.jed.svg`).
-    #[arg(long)]
-    pub(crate) report: bool,
+    /// Also write a report about all outputs: encoding, equations, pins, timing, requirements, proofs. `html` (default): STEM.report.html, one file with all
+    /// drawings; `md`: STEM.report.md and a drawing of each chip (for example `STEM.jed.svg`); `json`: STEM.report.json, for programs.
+    #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "html")]
+    pub(crate) report: Option<ReportForm>,
     /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,

@@ -57,7 +57,7 @@ const EXAMPLES: [(&str, &str); 15] = [
     ),
     (
         "build",
-        "  grafsynth build lamp.graf --target c --for avr --report -o out
+        "  grafsynth build lamp.graf --target c --for avr --report -o out  # with lamp.report.html
   grafsynth build lamp.graf --target jedec --device gal22v10 -o out",
     ),
     (

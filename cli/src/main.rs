@@ -16,6 +16,7 @@ mod partition;
 mod progress;
 mod render;
 mod report;
+mod report_page;
 mod step;
 mod unused_options;
 mod verbs;

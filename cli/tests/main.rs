@@ -14,6 +14,7 @@ mod new;
 mod packages;
 mod pages;
 mod printed;
+mod report_forms;
 mod reports;
 mod tested_c;
 mod traced;
