@@ -368,6 +368,20 @@ pub(crate) struct Check {
     pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) limits: Limits,
+    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. Errors appear at once; checks and proofs follow, and are dropped at the next save.
+    #[arg(long)]
+    pub(crate) watch: bool,
+}
+
+/// Values of `build --report`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReportForm {
+    /// One page that is complete in itself
+    Html,
+    /// A Markdown page, with drawings in files of their own
+    Md,
+    /// For programs
+    Json,
 }
 
 /// Values of `build --trace`.
@@ -462,12 +476,16 @@ pub(crate) struct Build {
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension; only the files of an engine are called `grafsynth_*`.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
+    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. Errors appear at once; proofs follow, and are dropped at the next save. A broken save leaves the last outputs as they are.
+    #[arg(long)]
+    pub(crate) watch: bool,
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
     #[arg(long, value_name = "FILE")]
     pub(crate) stimulus: Option<String>,
-    /// Also write STEM.report.md (encoding, equations, pins, timing, requirements, proofs) and a drawing of each chip (for example `STEM.jed.svg`).
-    #[arg(long)]
-    pub(crate) report: bool,
+    /// Also write a report about all outputs: encoding, equations, pins, timing, requirements, proofs. `html` (default): STEM.report.html, one file with all
+    /// drawings; `md`: STEM.report.md and a drawing of each chip (for example `STEM.jed.svg`); `json`: STEM.report.json, for programs.
+    #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "html")]
+    pub(crate) report: Option<ReportForm>,
     /// Measure reactions on simulated machines for the report (needs avr-gcc and simavr, or arm-none-eabi-gcc and qemu).
     #[arg(long, requires = "report")]
     pub(crate) measure: bool,
@@ -560,6 +578,18 @@ pub(crate) struct Sim {
     /// Run N random reactions instead of a stimulus.
     #[arg(long, value_name = "N", conflicts_with = "stimulus", value_parser = whole(0..=usize::MAX))]
     pub(crate) random: Option<usize>,
+    /// Drive the chart by hand: one reaction at a time, with keys, or with commands on standard input.
+    ///
+    /// After each reaction, this shows the active steps, inputs, outputs and variables (`*`: changed), what fired, the timers that run, and what each transition
+    /// waits for. On a terminal, each key is a command; the last line lists them, and each input shows its key. If standard input or output is not a terminal,
+    /// each line contains commands with `;` between them: `NAME` (change a Boolean input, or let an event occur), `NAME=VALUE`, `react [N]`, `micro` (one
+    /// micro-step), `next` (a reaction at the next threshold of a timer), `dt TICKS`, `undo [N]`, `restart`, `show`, `help`, `quit`. `#` begins a comment. A wrong
+    /// line of a script ends the run with exit code 1, and nothing is written.
+    #[arg(long, short, conflicts_with_all = ["stimulus", "random"])]
+    pub(crate) interactive: bool,
+    /// Write the inputs of the session as a stimulus (CSV), which `--stimulus` replays to the same trace.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) record: Option<PathBuf>,
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,

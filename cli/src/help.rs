@@ -52,11 +52,12 @@ const EXAMPLES: [(&str, &str); 15] = [
     (
         "check",
         "  grafsynth check lamp.graf --assert 'never (motor and alarm)'
-  grafsynth check src --deny warnings      # all charts below src, in CI",
+  grafsynth check src --deny warnings      # all charts below src, in CI
+  grafsynth check lamp.graf --watch        # again after each save",
     ),
     (
         "build",
-        "  grafsynth build lamp.graf --target c --for avr --report -o out
+        "  grafsynth build lamp.graf --target c --for avr --report -o out  # with lamp.report.html
   grafsynth build lamp.graf --target jedec --device gal22v10 -o out",
     ),
     (
@@ -67,7 +68,9 @@ const EXAMPLES: [(&str, &str); 15] = [
     (
         "sim",
         "  grafsynth sim lamp.graf --stimulus lamp.csv
-  grafsynth sim lamp.graf --random 1000 --seed 7 --trace lamp.vcd",
+  grafsynth sim lamp.graf --random 1000 --seed 7 --trace lamp.vcd
+  grafsynth sim lamp.graf --interactive --record run.csv  # by hand, with keys
+  echo 'on; react 3; next' | grafsynth sim lamp.graf --interactive",
     ),
     (
         "compare",
@@ -85,6 +88,7 @@ const EXAMPLES: [(&str, &str); 15] = [
         "  grafsynth draw plant.graf                # plant.svg, in the notation of IEC 60848
   grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words
   grafsynth draw plant.graf --style sfc    # as a sequential function chart of IEC 61131-3
+  grafsynth draw plant.graf --watch        # again after each save; keep plant.svg open in a viewer that reloads
   grafsynth draw plant.graf --coverage plant.csv -o plant.pdf  # on pages of A4, with the coverage of a stimulus",
     ),
     (

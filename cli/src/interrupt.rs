@@ -18,6 +18,14 @@ pub(crate) fn watch(report: Report, style: Style) {
         if signals.forever().next().is_none() {
             return;
         }
+        crate::step::terminal::restore();
+        if crate::watch::is_watching() {
+            crate::watch::child::stop();
+            crate::print_error("\ngrafsynth: no longer watching\n");
+            let _written = crate::files::writing();
+            let _ = signal_hook::low_level::emulate_default_handler(SIGINT);
+            return;
+        }
         // Locked to the end, so that no new write begins.
         let written = crate::files::writing();
         stopped(&report, style, *written);

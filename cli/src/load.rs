@@ -15,7 +15,7 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -41,6 +41,8 @@ pub(crate) struct Session {
     pub(crate) source_limit: u64,
     /// Trace files written so far, by all sessions of this run.
     pub(crate) traces: Rc<Cell<usize>>,
+    /// The errors so far, one line each; only for `--watch`.
+    remarks: Rc<RefCell<Vec<String>>>,
 }
 
 /// Why a verb cannot continue. If no message is included, it was already printed.
@@ -75,6 +77,7 @@ impl Session {
             },
             source_limit: global.source_limit,
             traces: Rc::default(),
+            remarks: Rc::default(),
         }
     }
 
@@ -89,7 +92,18 @@ impl Session {
             limits: self.limits,
             source_limit: self.source_limit,
             traces: Rc::clone(&self.traces),
+            remarks: Rc::clone(&self.remarks),
         }
+    }
+
+    /// Remembers an error for `--watch`.
+    pub(crate) fn remark(&self, error: String) {
+        self.remarks.borrow_mut().push(error.trim_end().to_owned());
+    }
+
+    /// The errors so far, each in one line.
+    pub(crate) fn remarks(&self) -> Vec<String> {
+        self.remarks.borrow().clone()
     }
 
     /// True if the answers are for programs; programs get every answer in full.
@@ -150,6 +164,9 @@ impl Session {
             return;
         }
         let found = render::spoken(&self.sources, found);
+        for error in found.iter().filter(|finding| finding.is_error()) {
+            self.remark(render::short(&self.sources, error));
+        }
         self.report.know_findings(&Sources::default(), Vec::new());
         if self.report.is_for_machines() {
             self.report.findings(&self.sources, &found, self.style);

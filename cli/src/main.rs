@@ -16,8 +16,11 @@ mod partition;
 mod progress;
 mod render;
 mod report;
+mod report_page;
+mod step;
 mod unused_options;
 mod verbs;
+mod watch;
 mod waves;
 
 use args::{Cli, Verb, When};
@@ -59,12 +62,18 @@ fn main() -> ExitCode {
     let style = style(&cli);
     let report = Report::new(style.format, makes_standard_output(&cli.verb), cli.verb.name());
     interrupt::watch(report.clone(), style);
-    if !cli.global.quiet && !report.is_for_machines() {
+    let watches = watch::is_wanted(&cli);
+    let is_driven = matches!(&cli.verb, Verb::Sim(arguments) if arguments.interactive);
+    if watch::child::is_one() {
+        watch::child::end_with_input();
+    }
+    if !cli.global.quiet && !report.is_for_machines() && !watches && !is_driven {
         progress::begin();
     }
     let mut session = Session::new(&cli.global, style, report.clone());
     let ended = match unused_options::refusal(&cli, &matches) {
         Some(idle) => Err(Stop::Usage(idle)),
+        None if watches => watch::run(&cli, style),
         None => run(&cli, &mut session),
     };
     let exit = match ended {
@@ -146,7 +155,7 @@ fn stopped(report: &Report, stop: Stop) -> Exit {
 fn makes_standard_output(verb: &Verb) -> bool {
     let is_dash = |path: &std::path::Path| path.as_os_str() == "-";
     match verb {
-        Verb::Sim(arguments) => arguments.trace.is_none(),
+        Verb::Sim(arguments) => arguments.trace.is_none() || arguments.interactive,
         Verb::Convert(arguments) => is_dash(&arguments.output),
         Verb::Draw(arguments) => match &arguments.output {
             Some(output) => is_dash(output),

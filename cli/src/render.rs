@@ -167,7 +167,7 @@ fn hidden_text(sources: &Sources, hidden: &[(Option<FileId>, usize)]) -> String 
         .collect()
 }
 
-fn short(sources: &Sources, diagnostic: &Diagnostic) -> String {
+pub(crate) fn short(sources: &Sources, diagnostic: &Diagnostic) -> String {
     let place =
         diagnostic.labels.first().map(|label| sources.describe(label.span)).unwrap_or_default();
     let separator = if place.is_empty() { "" } else { ": " };

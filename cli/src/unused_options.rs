@@ -213,6 +213,8 @@ fn of_sim(arguments: &Sim) -> Vec<Rule> {
     });
     let is_taken = OfCpu::named(&arguments.engine).is_some();
     rules.push(Rule { option: "with", taker: OF_SPLITS, is_taken });
+    let is_taken = arguments.interactive;
+    rules.push(Rule { option: "record", taker: "--interactive", is_taken });
     rules
 }
 

@@ -10,11 +10,11 @@ const TOOL: &str = env!("CARGO_BIN_EXE_grafsynth");
 
 /// Each kind, the contents of its folder after `make`, and the tools that `make` needs.
 const KINDS: [(&str, &[&str], &[&str]); 6] = [
-    ("grafcet", &["build/lamp.c", "build/lamp.jed", "build/lamp.report.md"], &["make", "cc"]),
+    ("grafcet", &["build/lamp.c", "build/lamp.jed", "build/lamp.report.html"], &["make", "cc"]),
     ("statechart", &["build/lamp.c", "build/lamp.v"], &["make", "cc"]),
     ("rules", &["build/lamp.c", "build/lamp.pds"], &["make", "cc"]),
     ("sfc", &["build/lamp.c", "build/lamp.v"], &["make", "cc"]),
-    ("gal", &["build/lamp.jed", "build/lamp.report.md"], &["make"]),
+    ("gal", &["build/lamp.jed", "build/lamp.report.html"], &["make"]),
     ("avr", &["build/lamp.c", "build/lamp.hex"], &["make", "cc", "avr-gcc"]),
 ];
 

@@ -1,13 +1,13 @@
 //! The example of each page under `docs/codes` triggers its code if it is run as described on the page.
 //!
-//! The fence names the language, then the verb with its options (`check` if none). Lines `// stimulus` and `// state` of an example begin a second file,
-//! which is passed with `--stimulus` or `--restore`.
+//! The fence names the language, then the verb with its options (`check` if none). Lines `// stimulus`, `// state` and `// commands` of an example
+//! begin a second file, which is passed with `--stimulus` or `--restore`, or as standard input.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start the program")]
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// Pages whose example is not run here, each with the reason or the place of its test.
 const ELSEWHERE: [(&str, &str); 20] = [
@@ -53,9 +53,11 @@ fn each_example_triggers_its_code() {
 
 fn run(page: &str) -> String {
     let (folder, arguments) = prepare(page);
+    let commands = fs::File::open(folder.path().join("commands"));
     let output = Command::new(env!("CARGO_BIN_EXE_grafsynth"))
         .args(&arguments)
         .current_dir(folder.path())
+        .stdin(commands.map_or_else(|_| Stdio::null(), Stdio::from))
         .output()
         .expect("grafsynth starts");
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
@@ -103,17 +105,21 @@ pub(crate) fn prepare(page: &str) -> (tempfile::TempDir, Vec<String>) {
     } else {
         arguments.insert(1, shown);
     }
-    for (kind, option) in [("stimulus", "--stimulus"), ("state", "--restore")] {
+    for (kind, option) in
+        [("stimulus", Some("--stimulus")), ("state", Some("--restore")), ("commands", None)]
+    {
         if let Some((_, lines)) = body.split_once(&format!("\n// {kind}\n")) {
             let second: String = lines
                 .lines()
                 .map_while(|line| line.strip_prefix("// ").or(line.strip_prefix("//")))
-                .take_while(|line| !matches!(*line, "trace" | "state" | "stimulus"))
+                .take_while(|line| !matches!(*line, "trace" | "state" | "stimulus" | "commands"))
                 .map(|line| format!("{line}\n"))
                 .collect();
             let path = folder.path().join(kind);
             fs::write(&path, second).expect("the second file can be written");
-            arguments.extend([option.to_owned(), kind.to_owned()]);
+            if let Some(option) = option {
+                arguments.extend([option.to_owned(), kind.to_owned()]);
+            }
         }
     }
     if arguments[0] == "build" {

@@ -23,6 +23,7 @@ mod foreign;
 mod layers;
 mod nest;
 mod notation;
+mod notice;
 mod order;
 pub mod overlay;
 mod pages;
@@ -39,6 +40,7 @@ mod tracks;
 mod vertex;
 pub mod waves;
 
+pub use notice::noticed;
 pub use overlay::{Blank, Counts, Frame, Part};
 pub use pages::{Page, Paper, TitleBlock, pages};
 pub use pdf::{PdfFile, pdf};

@@ -97,7 +97,7 @@ mod print;
 mod statements;
 
 pub use parse::parse;
-pub use print::{print, print_expr};
+pub use print::{print, print_condition, print_expr};
 
 use crate::net::Net;
 

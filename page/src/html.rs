@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 const STYLE: &str = include_str!("web/page.css");
 pub(crate) const BODY: &str = include_str!("web/body.html");
 /// The parts of the script that shows the chart. They are one function, so a part can use what another one declares.
-pub(crate) const PARTS: [&str; 12] = [
+pub(crate) const PARTS: [&str; 13] = [
     include_str!("web/basics.js"),
     include_str!("web/words.js"),
     include_str!("web/chart.js"),
@@ -20,6 +20,7 @@ pub(crate) const PARTS: [&str; 12] = [
     include_str!("web/wave.js"),
     include_str!("web/files.js"),
     include_str!("web/links.js"),
+    include_str!("web/keep.js"),
     include_str!("web/page.js"),
     include_str!("web/start.js"),
 ];
@@ -75,9 +76,9 @@ pub(crate) fn html(
     let style = compact(STYLE);
     let policy = format!(
         "default-src 'none'; script-src '{}' '{}'; style-src '{}'; base-uri 'none'; form-action 'none'",
-        hash(&engine),
-        hash(&page),
-        hash(&style)
+        content_hash(&engine),
+        content_hash(&page),
+        content_hash(&style)
     );
     let name = escape(name);
     let mut out = String::new();
@@ -138,13 +139,16 @@ fn embedded(data: &Value) -> String {
 }
 
 /// The hash of a script or a style, as a source of a Content-Security-Policy.
-fn hash(text: &str) -> String {
+/// The hash by which a `Content-Security-Policy` names a script or a style.
+#[must_use]
+pub fn content_hash(text: &str) -> String {
     let digest = Sha256::digest(text.as_bytes());
     format!("sha256-{}", base64(&digest))
 }
 
 /// Bytes in base64, with `=` up to a multiple of 4 digits.
-pub(crate) fn base64(bytes: &[u8]) -> String {
+#[must_use]
+pub fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::new();
     for group in bytes.chunks(3) {

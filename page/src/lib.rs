@@ -20,7 +20,7 @@ mod reference;
 mod waits;
 
 pub use contents::{Contents, Language, SourceText};
-pub use html::{Cut, cut};
+pub use html::{Cut, base64, content_hash, cut};
 pub use reference::{Reference, reference};
 
 use crate::html::Drawing;

@@ -6,7 +6,8 @@ use grafsynth_ir::Span;
 use grafsynth_ir::expr::{CompareOp, Expr as GenericExpr, ExprKind};
 use grafsynth_ir::net::{self, EdgeId, InputKind, Net, Transition};
 use grafsynth_ir::program::{ActionPart, CellId, Expr, Leaf, Origin, Program};
-use grafsynth_ir::text::print_expr;
+use grafsynth_ir::text::print_condition;
+use grafsynth_sim::turns;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -36,7 +37,7 @@ impl<'a> Waits<'a> {
                     _ => continue,
                 };
                 if let Leaf::Cell(cell) = leaf {
-                    constants.entry(*cell).or_default().extend(changes(op, constant));
+                    constants.entry(*cell).or_default().extend(turns(op, constant));
                 }
             }
         }
@@ -61,22 +62,10 @@ impl<'a> Waits<'a> {
         }
         for factor in transition.guard.factors().iter().filter(|factor| !factor.is_true()) {
             let value = self.expr(factor, DEEPEST).map(|value| self.writer.expr(&value));
-            let text = self.text(factor);
+            let text = print_condition(self.net, factor);
             all.push(json!({ "text": text, "value": value, "time": self.time(factor) }));
         }
         all
-    }
-
-    /// A condition as text, with the operands of its edges in place of their numbers (`%0`).
-    fn text(&self, expr: &net::Expr) -> String {
-        let mut text = print_expr(self.net, expr);
-        let edges: BTreeSet<EdgeId> = expr.leaves().filter_map(net::Leaf::edge).gather();
-        // From the last one down: `%1` also begins `%10`.
-        for edge in edges.into_iter().rev() {
-            let operand = print_expr(self.net, &self.net.edges[edge].expr);
-            text = text.replace(&format!("%{}", edge.index()), &operand);
-        }
-        text
     }
 
     /// For a comparison of a step's time with a constant: the step, the operator, and the ticks.
@@ -221,13 +210,4 @@ fn cell_expr(cell: CellId) -> Expr {
 fn select(condition: Expr, then: Expr, otherwise: Expr) -> Expr {
     let kind = ExprKind::Select(Box::new(condition), Box::new(then), Box::new(otherwise));
     GenericExpr::new(kind, Span::default())
-}
-
-/// The values of a rising counter at which the result of a comparison with a constant changes.
-fn changes(op: CompareOp, constant: i64) -> Vec<i64> {
-    match op {
-        CompareOp::Ge | CompareOp::Lt => vec![constant],
-        CompareOp::Gt | CompareOp::Le => vec![constant.saturating_add(1)],
-        CompareOp::Eq | CompareOp::Ne => vec![constant, constant.saturating_add(1)],
-    }
 }

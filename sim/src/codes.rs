@@ -33,6 +33,8 @@ pub const BAD_STATE: Code = Code { id: "G0513", title: "incompatible saved state
 pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row" };
 /// A short name of a column that could be one of several.
 pub const AMBIGUOUS_COLUMN: Code = Code { id: "G0515", title: "ambiguous column" };
+/// A line of a session that is not a command.
+pub const SESSION_COMMAND: Code = Code { id: "G0516", title: "invalid command in a session" };
 /// An assignment whose value was out of range, so that the nearest bound was stored.
 pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
 /// Two lists that wrote the same variable in one micro-step.
@@ -61,6 +63,7 @@ pub const ALL: &[Code] = &[
     TRACE_HEADER,
     TRACE_CELL,
     BAD_STATE,
+    SESSION_COMMAND,
     RESET_ROW,
     AMBIGUOUS_COLUMN,
     SATURATED,

@@ -17,6 +17,7 @@ mod asked;
 mod clocked;
 mod clocks;
 pub mod codes;
+mod commands;
 mod conflict;
 mod constants;
 mod control;
@@ -41,10 +42,12 @@ mod simulator;
 mod situation;
 mod state;
 mod statechart;
+mod stepper;
 mod stimulus;
 mod tables;
 mod trace;
 mod trace_text;
+mod waits;
 
 #[cfg(test)]
 mod tests;
@@ -52,8 +55,9 @@ mod tests;
 pub use asked::{Asked, Function, Question, value};
 pub use clocked::{ClockPlace, Clocked, MAX_CLOCKS};
 pub use clocks::Clock;
+pub use commands::{COMMANDS, Command};
 pub use directed::ahead::{Ahead, MICRO_STEPS, Made};
-pub use directed::ticks::Thresholds;
+pub use directed::ticks::{Counter, Running, Thresholds, turns};
 pub use directed::{Coverage, Directed, Move, Start};
 pub use expected::Expected;
 pub use grafsynth_ir::random::Random;
@@ -64,7 +68,9 @@ pub use saved::Restored;
 pub use simulator::{Simulator, run, run_observed, run_with};
 pub use situation::Situation;
 pub use state::State;
+pub use stepper::{Frame, Stepper};
 pub use stimulus::{MAX_DT, Stimulus, breaks_assumption};
 pub use trace::{
     Column, ColumnKind, Difference, Trace, TraceLayout, TraceOptions, TraceRow, Value, compare,
 };
+pub use waits::{Reason, Wait, WaitState};

@@ -202,7 +202,7 @@ impl Reaction<'_> {
     }
 
     /// L1: inputs are read once; events are absent until L3.
-    fn l1_latch(&mut self, dt: u32, inputs: &[i64]) {
+    pub(crate) fn l1_latch(&mut self, dt: u32, inputs: &[i64]) {
         self.begin_row(dt);
         for (id, input) in self.net.inputs.iter() {
             let value = input.ty.saturate(inputs.get(id.index()).copied().unwrap_or(0));
@@ -223,7 +223,7 @@ impl Reaction<'_> {
     }
 
     /// L2: adds `dt` ticks to the timers of all active objects; each timer saturates one above the largest constant that it is compared with.
-    fn l2_advance_timers(&mut self, dt: i64) {
+    pub(crate) fn l2_advance_timers(&mut self, dt: i64) {
         let layout = &self.tables.layout;
         for step in self.state.situation.iter() {
             for (place, cap) in layout.elapsed(step).into_iter().chain(layout.last_elapsed(step)) {
@@ -249,7 +249,7 @@ impl Reaction<'_> {
     }
 
     /// L3 for Grafcet charts: `ev` contains the events of this row and those raised for this check.
-    fn l3_events_hold(&mut self, inputs: &[i64]) {
+    pub(crate) fn l3_events_hold(&mut self, inputs: &[i64]) {
         self.l3_take_raised();
         for event in &self.tables.events {
             if let Some(recorder) = &mut self.work.recorder {

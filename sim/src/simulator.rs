@@ -29,6 +29,15 @@ pub struct Simulator<'n> {
     notes: Notes,
 }
 
+/// A moment between two reactions.
+#[derive(Debug, Clone)]
+pub(crate) struct Snapshot {
+    state: State,
+    row: Row,
+    notes: Notes,
+    lit: Vec<OutputId>,
+}
+
 impl<'n> Simulator<'n> {
     /// A simulator of the net after reset: [`Simulator::row`] is row 0.
     #[must_use]
@@ -95,7 +104,7 @@ impl<'n> Simulator<'n> {
         (self.net, &self.tables, &self.state, &self.work)
     }
 
-    fn reaction(&mut self) -> Reaction<'_> {
+    pub(crate) fn reaction(&mut self) -> Reaction<'_> {
         Reaction {
             net: self.net,
             tables: &self.tables,
@@ -122,6 +131,26 @@ impl<'n> Simulator<'n> {
     pub fn set_state(&mut self, state: &State) {
         self.state.clone_from(state);
         self.row.open = crate::Open::default();
+    }
+
+    /// Everything that the next reaction depends on, and what the last one showed.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            state: self.state.clone(),
+            row: self.row.clone(),
+            notes: self.notes.clone(),
+            lit: self.work.lit.clone(),
+        }
+    }
+
+    /// Returns to a snapshot of this simulator. What fired in the reaction before it is not known again.
+    pub(crate) fn rewind(&mut self, snapshot: &Snapshot) {
+        self.state.clone_from(&snapshot.state);
+        self.row.clone_from(&snapshot.row);
+        self.notes.clone_from(&snapshot.notes);
+        self.work.lit.clone_from(&snapshot.lit);
+        self.work.fired.clear();
+        self.work.ends.clear();
     }
 
     /// Changes a variable of the current state (the first element of an array); the value is saturated to its type.

@@ -362,8 +362,8 @@ fn pages_of_charts_on(device: &str, wanted: u64, max_steps: usize) {
             }
         }
         let sources = Sources::default();
-        let pages =
-            report::page(&net, &facts, &built, None, &sources, &limits, &options.stem_for(&net));
+        let document = report::document(&net, &facts, &built, None, &sources, &limits);
+        let pages = report::markdown_files(&document, &options.stem_for(&net));
         let n_terms: usize = chip.cells.iter().map(|cell| cell.sum.len()).sum();
         assert!(pages[0].text.contains(&format!("\n{n_terms} of ")), "{}", pages[0].text);
     }

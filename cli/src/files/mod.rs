@@ -15,6 +15,7 @@ use outputs::Outputs;
 pub(crate) use outputs::{Hashed, Stale, hashed, sha256};
 pub(crate) use staging::Output;
 use staging::Staging;
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -36,6 +37,19 @@ pub(crate) fn read_text(path: &str, limit: u64) -> Result<String, String> {
     })
 }
 
+/// The files that were read or looked for.
+static TOUCHED: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+fn touch(path: &Path) {
+    let path = path.to_string_lossy().into_owned();
+    TOUCHED.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
+}
+
+/// The files that were read or looked for since the last call: a result may change if one of them does.
+pub(crate) fn touched() -> BTreeSet<String> {
+    std::mem::take(&mut *TOUCHED.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
 /// Locked while files are written; true once some were written.
 static WRITING: Mutex<bool> = Mutex::new(false);
 
@@ -55,6 +69,7 @@ pub(crate) fn companion(path: &str, extension: &str) -> Option<String> {
         return None;
     }
     let beside = Path::new(path).with_extension(extension);
+    touch(&beside);
     let is_there = fs::symlink_metadata(&beside).is_ok_and(|data| !data.is_dir());
     (is_there && beside != Path::new(path)).then(|| beside.to_string_lossy().into_owned())
 }
@@ -108,6 +123,7 @@ fn settle(folder: &Path) {
 pub(crate) fn read_bytes(path: &str, limit: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     if path != "-" {
+        touch(Path::new(path));
         settle(folder_of(Path::new(path)));
     }
     let taken = if path == "-" {
@@ -276,6 +292,7 @@ pub(crate) fn is_absent_within(path: &Path, root: &Path) -> bool {
 
 /// The size of a regular file below `root`, after following symbolic links; `None` otherwise. The path comes from an untrusted text.
 pub(crate) fn size_within(path: &Path, root: &Path) -> Option<u64> {
+    touch(path);
     let path = fs::canonicalize(path).ok()?;
     let data = fs::metadata(&path).ok().filter(fs::Metadata::is_file)?;
     path.starts_with(fs::canonicalize(root).ok()?).then_some(data.len())

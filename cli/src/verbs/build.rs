@@ -1,6 +1,6 @@
 //! `grafsynth build FILE --target T -o DIR`.
 
-use super::build_outputs::{Made, judged, outputs, write};
+use super::build_outputs::{Made, judged, outputs, report_files, write};
 use super::build_results::{know, refusal, say};
 use crate::args::{Build, BuildTrace, Busy, Input};
 use crate::evidence;
@@ -173,16 +173,16 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         let runnable = trust::runnable(net, arguments.trust.trust_code);
         built.measured = measured(session, &runnable, &facts, &options, &targets);
     }
-    if arguments.report {
+    if let Some(form) = arguments.report {
         let counted = design.counted.as_ref();
         let (sources, limits) = (&session.sources, &options.limits);
-        let page = report::page(net, &facts, &built, counted, sources, limits, &stem);
-        built.files.extend(page);
+        let document = report::document(net, &facts, &built, counted, sources, limits);
+        built.files.extend(report_files(form, &document, design.chart.as_ref(), &stem));
     }
     let outputs = outputs(session, arguments, &built, bitstreams);
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };
     write(session, arguments, made, found)?;
-    if !arguments.report && !session.quiet {
+    if arguments.report.is_none() && !session.quiet {
         refuted_asserts(session, net, &input.file, &options.limits);
     }
     Ok(judged(session, arguments, &built.lines))
@@ -264,7 +264,7 @@ fn options(
         stimulus,
         prove: !arguments.no_proof,
         trusts_code: arguments.trust.trust_code,
-        report: arguments.report,
+        report: arguments.report.is_some(),
         limits: arguments.limits.limits(),
     }))
 }

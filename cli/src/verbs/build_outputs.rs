@@ -1,14 +1,17 @@
 //! The outputs of a build as files: all of them are written, or none; and the exit code that follows from their results.
 
 use super::build_results::say;
-use crate::args::Build;
+use crate::args::{Build, ReportForm};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
+use crate::report_page;
+use grafsynth_draw::{Options, layout, svg};
 use grafsynth_driver::codes;
-use grafsynth_driver::pipeline::{Built, MapEntry};
-use grafsynth_driver::report::{Outcome, OutputReport, OutputVerdict};
+use grafsynth_driver::pipeline::{Built, MapEntry, OutputFile};
+use grafsynth_driver::report::{self, Document, Outcome, OutputReport, OutputVerdict};
 use grafsynth_driver::stem::FileStem;
+use grafsynth_ir::chart::Design;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_verify::OpenReason;
@@ -121,4 +124,26 @@ fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {
         serde_json::to_string_pretty(&json!({"file": name, "lines": lines})).unwrap_or_default();
     text.push('\n');
     text
+}
+
+/// The files of a report. Its page shows the chart if that can be drawn.
+pub(super) fn report_files(
+    form: ReportForm,
+    document: &Document,
+    chart: Option<&Design>,
+    stem: &FileStem,
+) -> Vec<OutputFile> {
+    let one = |name, text| OutputFile { name, text, keep_existing: false, map: Vec::new() };
+    match form {
+        ReportForm::Html => {
+            let picture = chart.and_then(|chart| layout(chart, &Options::default()).ok());
+            let chart = picture.map(|it| report_page::Chart { svg: svg(&it), width: it.width });
+            let page = report_page::html(document, chart.as_ref());
+            vec![one(format!("{stem}.report.html"), page)]
+        }
+        ReportForm::Md => report::markdown_files(document, stem),
+        ReportForm::Json => {
+            vec![one(format!("{stem}.report.json"), report::json(document))]
+        }
+    }
 }

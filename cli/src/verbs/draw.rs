@@ -7,8 +7,8 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::verbs::{draw_overlays, products};
 use grafsynth_draw::{
-    Blank, NotDrawn, Options, Paper, PdfFile, Picture, Style, TitleBlock, frames, layout, page_svg,
-    pages, pdf, svg,
+    Blank, NotDrawn, Options, Paper, PdfFile, Picture, Style, TitleBlock, frames, layout, noticed,
+    page_svg, pages, pdf, svg,
 };
 use grafsynth_driver::read::NetDesign;
 use std::path::{Path, PathBuf};
@@ -17,18 +17,51 @@ use std::path::{Path, PathBuf};
 const SMALL: i64 = 50;
 
 pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
+    Ok(draw(session, arguments)?.1)
+}
+
+/// Draws the chart for `--watch`. If it cannot be drawn, the last good picture is written with the errors above it, except on pages.
+pub(crate) fn again(
+    session: &mut Session,
+    arguments: &Draw,
+    last: &mut Option<Picture>,
+) -> Result<Exit, Stop> {
+    match draw(session, arguments) {
+        Ok((Some(picture), exit)) => {
+            *last = Some(picture);
+            return Ok(exit);
+        }
+        Ok((None, _)) | Err(Stop::Errors) => {}
+        Err(Stop::Input(why) | Stop::Usage(why)) => {
+            session.warn(&why);
+            session.remark(why);
+        }
+    }
+    let output = products::target(arguments.output.as_deref(), &arguments.input.file, "svg");
+    let errors = session.remarks();
+    let is_shown = paper(arguments, &output)?.is_none();
+    if let Some(picture) = last.as_ref().filter(|_| is_shown) {
+        let title = format!("The last good drawing: {} has errors", arguments.input.file);
+        products::write_text(session, output, svg(&noticed(picture, &title, &errors)))?;
+    }
+    Ok(Exit::Errors)
+}
+
+/// Draws the chart and writes the drawing, which is returned; none if it has errors, which were shown.
+fn draw(session: &mut Session, arguments: &Draw) -> Result<(Option<Picture>, Exit), Stop> {
     let file = &arguments.input.file;
     let output = products::target(arguments.output.as_deref(), file, "svg");
     let paper = paper(arguments, &output)?;
     let (design, found) = session.net(&arguments.input)?;
     session.show(&found);
     let Some(picture) = picture(session, arguments, &design)? else {
-        return Ok(Exit::Errors);
+        return Ok((None, Exit::Errors));
     };
-    match paper {
-        None => products::write_text(session, output, svg(&picture)),
-        Some(paper) => write_pages(session, &design, &picture, paper, &output),
-    }
+    let exit = match paper {
+        None => products::write_text(session, output, svg(&picture))?,
+        Some(paper) => write_pages(session, &design, &picture, paper, &output)?,
+    };
+    Ok((Some(picture), exit))
 }
 
 /// The paper, if the drawing is divided into pages: for `--page` and PDF files.

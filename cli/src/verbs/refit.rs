@@ -43,7 +43,7 @@ pub(super) fn run(
             }
         }
         let device = arguments.device.as_deref();
-        match refit::make(design, wanted, device, stem, &limits, arguments.report) {
+        match refit::make(design, wanted, device, stem, &limits, arguments.report.is_some()) {
             Ok(made) => {
                 outcome = outcome.max(made.line.outcome());
                 built.lines.push(made.line);
@@ -77,9 +77,10 @@ pub(super) fn run(
         say(session, interface, trace, &built.lines, Some(why))?;
         return Ok(Exit::Refuted);
     }
-    if arguments.report {
-        let page = report::page_of_logic(&design.interface, &built, stem);
-        outputs.extend(page.into_iter().map(output));
+    if let Some(form) = arguments.report {
+        let document = report::document_of_logic(&design.interface, &built);
+        let files = super::build_outputs::report_files(form, &document, None, stem);
+        outputs.extend(files.into_iter().map(output));
     }
     let net = &design.interface;
     let made = Made { stem, net, made_of, outputs, lines: &built.lines };

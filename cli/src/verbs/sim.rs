@@ -7,6 +7,8 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::partition;
 use crate::report::{About, Answer, Status};
+use crate::step::Stepping;
+use crate::verbs::products;
 use crate::waves::of_trace;
 use grafsynth_draw::waves::Waves;
 use grafsynth_draw::{svg, waves};
@@ -19,23 +21,12 @@ use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
 use grafsynth_sim::codes;
 use grafsynth_sim::{
-    Clocked, Difference, Expected, Simulator, Stimulus, Trace, TraceLayout, run_observed,
+    Clocked, Difference, Expected, Simulator, Stepper, Stimulus, Trace, TraceLayout, run_observed,
 };
+use std::path::Path;
 
 pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> {
-    if arguments.stimulus.is_none() && arguments.random.is_none() {
-        return Err(Stop::Usage("no stimulus: give --stimulus FILE or --random N".to_owned()));
-    }
-    evidence::check_name(arguments.trace.as_deref())?;
-    if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)
-        && trace == save
-    {
-        let path = trace.display();
-        return Err(Stop::Usage(format!("{path} would contain both the trace and the state")));
-    }
-    if arguments.blank && !arguments.trace.as_deref().is_some_and(evidence::is_drawing) {
-        return Err(Stop::Usage("--blank needs a drawing: --trace FILE.svg".to_owned()));
-    }
+    check_options(session, arguments)?;
     let with = arguments.with.as_deref();
     let engine = choice(&arguments.engine, with)?;
     session.begin(&arguments.input.file);
@@ -48,6 +39,11 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
                 found.extend(design.beyond.iter().cloned());
             }
             session.show(&found);
+            if arguments.interactive {
+                return Err(Stop::Input(
+                    "--interactive needs a chart: logic has no steps to show".to_owned(),
+                ));
+            }
             return logic(session, &design, arguments);
         }
     };
@@ -58,6 +54,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     let net = &design.net;
     if session.is_impossible(net) {
         return Ok(Exit::Errors);
+    }
+    if arguments.interactive {
+        return interactive(session, net, arguments);
     }
     let runnable = trust::runnable(net, arguments.trust.trust_code);
     let engine = engine.engine(session, &runnable, with)?;
@@ -98,6 +97,29 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     fired.insert(0, false);
     write(session, &trace, arguments, Some(net), fired)?;
     Ok(as_expected(session, arguments, &expected, &trace))
+}
+
+/// Refuses options that contradict each other.
+fn check_options(session: &Session, arguments: &Sim) -> Result<(), Stop> {
+    if arguments.stimulus.is_none() && arguments.random.is_none() && !arguments.interactive {
+        return Err(Stop::Usage(
+            "no stimulus: give --stimulus FILE, --random N or --interactive".to_owned(),
+        ));
+    }
+    evidence::check_name(arguments.trace.as_deref())?;
+    if let (Some(trace), Some(save)) = (&arguments.trace, &arguments.save)
+        && trace == save
+    {
+        let path = trace.display();
+        return Err(Stop::Usage(format!("{path} would contain both the trace and the state")));
+    }
+    if arguments.interactive {
+        check_interactive(session, arguments)?;
+    }
+    if arguments.blank && !arguments.trace.as_deref().is_some_and(evidence::is_drawing) {
+        return Err(Stop::Usage("--blank needs a drawing: --trace FILE.svg".to_owned()));
+    }
+    Ok(())
 }
 
 /// The trace on an engine; `None` if it refuses the chart, which is reported.
@@ -226,15 +248,25 @@ fn write(
         crate::print(&trace.to_csv());
         return Ok(());
     };
-    let text = if evidence::is_drawing(path) {
-        let title = net.map(|net| net.name.text.clone()).unwrap_or_default();
-        let tick_ns = net.map(|net| net.settings.tick_ns);
-        let is_blank = arguments.blank;
-        svg(&waves(&Waves { title, tick_ns, fired, is_blank, ..of_trace(trace) }))
-    } else {
-        evidence::trace_text(path, trace)?
-    };
-    session.write_named(vec![(path.clone(), text.into_bytes())])
+    let text = trace_text(path, trace, arguments, net, fired)?;
+    session.write_named(vec![(path.clone(), text)])
+}
+
+/// The trace in the format that the name of the file shows.
+fn trace_text(
+    path: &Path,
+    trace: &Trace,
+    arguments: &Sim,
+    net: Option<&Valid<Net>>,
+    fired: Vec<bool>,
+) -> Result<Vec<u8>, Stop> {
+    if !evidence::is_drawing(path) {
+        return Ok(evidence::trace_text(path, trace)?.into_bytes());
+    }
+    let title = net.map(|net| net.name.text.clone()).unwrap_or_default();
+    let tick_ns = net.map(|net| net.settings.tick_ns);
+    let is_blank = arguments.blank;
+    Ok(svg(&waves(&Waves { title, tick_ns, fired, is_blank, ..of_trace(trace) })).into_bytes())
 }
 
 /// An engine that the user named.
@@ -368,12 +400,65 @@ fn impossible(net: &Valid<Net>, simulator: &Simulator<'_>, file: FileId) -> Vec<
     found
 }
 
-fn with_state(
+/// Refuses options that a session cannot have.
+fn check_interactive(session: &Session, arguments: &Sim) -> Result<(), Stop> {
+    let wrong = |text: &str| Err(Stop::Usage(text.to_owned()));
+    if arguments.engine != "ir" {
+        return wrong("--interactive runs the engine `ir` only (omit --engine)");
+    }
+    if arguments.input.file == "-" {
+        return wrong(
+            "--interactive reads commands from standard input, so the chart must be a file",
+        );
+    }
+    if session.is_for_machines() {
+        return wrong(
+            "--interactive has no form for programs; use --record or --trace for the result",
+        );
+    }
+    let files = [&arguments.record, &arguments.trace, &arguments.save];
+    let mut known: Vec<&std::path::PathBuf> = Vec::new();
+    for file in files.into_iter().flatten() {
+        if known.contains(&file) {
+            return Err(Stop::Usage(format!("{} would be written twice", file.display())));
+        }
+        known.push(file);
+    }
+    Ok(())
+}
+
+/// A session in which a person or a script drives the chart. The requested files are written at its end, all of them or none.
+fn interactive(session: &mut Session, net: &Valid<Net>, arguments: &Sim) -> Result<Exit, Stop> {
+    let simulator = starting(session, net, arguments)?;
+    let mut stepping = Stepping::new(Stepper::new(simulator));
+    stepping.run(session)?;
+    let stepper = stepping.stepper();
+    session.show(&stepper.simulator().notes().diagnostics(net));
+    let mut files = Vec::new();
+    if let Some(path) = &arguments.record {
+        files.push((path.clone(), stepper.stimulus().to_csv(net).into_bytes()));
+    }
+    if let Some(path) = &arguments.trace {
+        files.push((
+            path.clone(),
+            trace_text(path, &stepper.trace(), arguments, Some(net), Vec::new())?,
+        ));
+    }
+    if let Some(path) = &arguments.save {
+        files.push((path.clone(), stepper.simulator().save().into_bytes()));
+    }
+    if files.is_empty() {
+        return Ok(Exit::Done);
+    }
+    products::write(session, files)
+}
+
+/// The simulator after reset, or in the state of `--restore`.
+fn starting<'n>(
     session: &mut Session,
-    net: &Valid<Net>,
-    stimulus: &Stimulus,
+    net: &'n Valid<Net>,
     arguments: &Sim,
-) -> Result<Trace, Stop> {
+) -> Result<Simulator<'n>, Stop> {
     let mut simulator = Simulator::new(net);
     simulator.reset();
     if let Some(path) = &arguments.restore {
@@ -396,6 +481,16 @@ fn with_state(
             }
         }
     }
+    Ok(simulator)
+}
+
+fn with_state(
+    session: &mut Session,
+    net: &Valid<Net>,
+    stimulus: &Stimulus,
+    arguments: &Sim,
+) -> Result<Trace, Stop> {
+    let mut simulator = starting(session, net, arguments)?;
     let mut trace = Trace::new(TraceLayout::of(net));
     trace.push(trace.layout.row(simulator.row()));
     for input in stimulus.rows() {

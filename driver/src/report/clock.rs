@@ -1,14 +1,15 @@
 //! The clocks of the registers, the timing requirements of inputs, and the number of clocks of a reaction.
 
 use super::chip::{Chip, Kind, Reads, Signal};
-use super::{Subject, counted, table::Table, table::inline};
+use super::document::{Block, Inline, Rich, Table};
+use super::{Subject, counted};
 use grafsynth_backend_pld::device::Clock;
 use grafsynth_ir::logic::PinRole;
 
 /// The maximum number of names in a list.
 const MOST_NAMES: usize = 12;
 
-pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     let reads = chip.reads();
     let mut items = Vec::new();
     items.push(clocked(chip, &reads));
@@ -17,14 +18,14 @@ pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
     }
     items.extend(synchronisers(chip));
     items.extend(paths(chip, &reads));
-    items.extend(depth(chip, &reads));
-    let list: String = items.iter().map(|item| format!("- {item}\n")).collect();
-    let inputs = inputs(subject, chip, &reads);
-    Some(format!("{list}{inputs}"))
+    items.extend(depth(chip, &reads).map(Rich::plain));
+    let mut blocks = vec![Block::List(items.into_iter().map(Into::into).collect())];
+    blocks.extend(inputs(subject, chip, &reads));
+    blocks
 }
 
 fn names<'s>(signals: impl Iterator<Item = &'s Signal>) -> String {
-    let all: Vec<String> = signals.map(|signal| inline(&signal.name)).collect();
+    let all: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
     match all.len() {
         0 => "none".to_owned(),
         n if n > MOST_NAMES => {
@@ -35,58 +36,59 @@ fn names<'s>(signals: impl Iterator<Item = &'s Signal>) -> String {
 }
 
 /// Registers and their clock.
-fn clocked(chip: &Chip, reads: &[Reads]) -> String {
+fn clocked(chip: &Chip, reads: &[Reads]) -> Rich {
     let registers: Vec<&Signal> =
         reads.iter().filter(|one| one.is_registered).map(|one| &chip.signals[one.signal]).collect();
     if registers.is_empty() {
-        return "There is no clock: every output follows the inputs.".to_owned();
+        return Rich::say("There is no clock: every output follows the inputs.", []);
     }
     let clock = chip.signals.iter().find(|signal| signal.kind == Kind::Clock);
-    let name = clock.map_or("the clock".to_owned(), |clock| format!("`{}`", inline(&clock.name)));
-    let how = match (chip.device.map(|device| device.clock), clock.and_then(|clock| clock.pin)) {
-        (Some(Clock::Term), Some(pin)) => {
-            format!("{name} (pin {pin}, through a product term of each macrocell)")
-        }
-        (Some(Clock::Pin(pin)), _) => format!("{name} (pin {pin}, the clock of the device)"),
-        (_, Some(pin)) => format!("{name} (pin {pin})"),
-        (_, None) => name,
+    let name = match clock {
+        Some(clock) => Inline::Code(clock.name.clone()),
+        None => "the clock".into(),
     };
-    format!(
-        "The rising edge of {how} clocks {}: {}.",
-        counted(registers.len(), "register", "registers"),
-        names(registers.into_iter())
+    let (device, pin) = (chip.device.map(|device| device.clock), clock.and_then(|it| it.pin));
+    let how = match (device, pin) {
+        (Some(Clock::Term), Some(pin)) => {
+            format!(" (pin {pin}, through a product term of each macrocell)")
+        }
+        (Some(Clock::Pin(pin)), _) => format!(" (pin {pin}, the clock of the device)"),
+        (_, Some(pin)) => format!(" (pin {pin})"),
+        (_, None) => String::new(),
+    };
+    let many = counted(registers.len(), "register", "registers");
+    Rich::say(
+        "The rising edge of {}{} clocks {}: {}.",
+        [name, how.into(), many.into(), names(registers.into_iter()).into()],
     )
 }
 
 /// Clocks of a reaction.
-fn clocks(chip: &Chip) -> String {
+fn clocks(chip: &Chip) -> Rich {
     let is_busy = chip.circuit.outputs.values().any(|output| output.role == PinRole::Busy);
-    let how = chip.evolution.as_ref().map_or(String::new(), |how| format!(" ({})", inline(how)));
-    if is_busy {
-        format!(
-            "A reaction takes one clock for each micro-step and one more; meanwhile `busy` is high, and the outputs keep their values{how}."
-        )
+    let how = chip.evolution.as_ref().map_or(String::new(), |how| format!(" ({how})"));
+    let words = if is_busy {
+        "A reaction takes one clock for each micro-step and one more; meanwhile `busy` is high, and the outputs keep their values{}."
     } else {
-        format!(
-            "A reaction takes 1 clock{how}: the outputs show its result after the edge, while the inputs are still held."
-        )
-    }
+        "A reaction takes 1 clock{}: the outputs show its result after the edge, while the inputs are still held."
+    };
+    Rich::say(words, [how.into()])
 }
 
-fn synchronisers(chip: &Chip) -> Option<String> {
+fn synchronisers(chip: &Chip) -> Option<Rich> {
     let chain = chip.chains.first()?;
-    let pins = chip.chains.iter().map(|chain| inline(&chip.circuit.inputs[chain.input].name));
-    Some(format!(
+    let pins = chip.chains.iter().map(|chain| chip.circuit.inputs[chain.input].name.clone());
+    Some(Rich::plain(format!(
         "{} {} in front of each of these inputs: {}. They arrive {} later, and may change at any time.",
         counted(chain.flops.len(), "synchroniser flip-flop", "synchroniser flip-flops"),
         if chain.flops.len() == 1 { "is" } else { "are" },
         pins.collect::<Vec<_>>().join(", "),
         counted(chain.flops.len(), "clock", "clocks"),
-    ))
+    )))
 }
 
 /// Combinational paths from an input to an output.
-fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
+fn paths(chip: &Chip, reads: &[Reads]) -> Option<Rich> {
     let is_input = |signal: &usize| matches!(chip.signals[*signal].kind, Kind::Input(_));
     let paths: Vec<String> = (reads.iter())
         .filter(|one| !one.is_registered)
@@ -94,7 +96,7 @@ fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
         .filter_map(|one| {
             let inputs: Vec<&Signal> =
                 one.signals.iter().filter(|at| is_input(at)).map(|at| &chip.signals[*at]).collect();
-            let name = inline(&chip.signals[one.signal].name);
+            let name = &chip.signals[one.signal].name;
             (!inputs.is_empty()).then(|| format!("{name} from {}", names(inputs.into_iter())))
         })
         .collect();
@@ -102,14 +104,17 @@ fn paths(chip: &Chip, reads: &[Reads]) -> Option<String> {
     if outputs == 0 {
         return None;
     }
-    Some(match paths.as_slice() {
-        [] => "There is no combinational path from an input to an output: outputs are stable between clocks.".to_owned(),
-        paths => format!(
-            "These outputs follow inputs between clocks{}: {}.",
-            if chip.code.is_some() { " (declare an output `registered` to keep it stable)" } else { "" },
-            paths.join("; ")
-        ),
-    })
+    if paths.is_empty() {
+        let none = "There is no combinational path from an input to an output: outputs are stable between clocks.";
+        return Some(Rich::say(none, []));
+    }
+    let advice = if chip.code.is_some() {
+        " (declare an output `registered` to keep it stable)"
+    } else {
+        ""
+    };
+    let text = Rich::plain("These outputs follow inputs between clocks").and(Rich::say(advice, []));
+    Some(text.and(Rich::say(": {}.", [paths.join("; ").into()])))
 }
 
 /// The number of passes through the array on the longest path.
@@ -165,7 +170,7 @@ fn depths(chip: &Chip) -> Vec<usize> {
 }
 
 /// A row for each input: its timing requirement, and the registers that read it.
-fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
+fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> Vec<Block> {
     let mut table = Table::new(["Input", "Timing", "Registers that read it"]);
     let mut is_exposed = false;
     for (at, signal) in chip.signals.iter().enumerate() {
@@ -192,26 +197,16 @@ fn inputs(subject: &Subject<'_>, chip: &Chip, reads: &[Reads]) -> String {
         } else {
             "read by one register"
         };
-        table.row([signal.name.clone(), String::new(), names_plain(&readers)]);
-        table.set_last(1, is);
+        table.row([signal.name.clone(), String::new(), names(readers.into_iter())]);
+        table.set_last(1, Rich::say(is, []));
     }
     if table.is_empty() {
-        return String::new();
+        return Vec::new();
     }
-    let mut text = format!("\n{}", table.text());
+    let mut blocks = vec![Block::Table(table)];
     if is_exposed {
-        text += "\nAn input that must be synchronous to the clock must be stable from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can store different values, and the chip can reach a state that the chart does not have. Make the external circuit change it after the edge, or add synchronisers: `--synchronise 1` or `2`.\n";
+        let words = "An input that must be synchronous to the clock must be stable from the set-up time before the edge to the hold time after it. If it changes there, the registers that read it can store different values, and the chip can reach a state that the chart does not have. Make the external circuit change it after the edge, or add synchronisers: `--synchronise 1` or `2`.";
+        blocks.push(Block::Paragraph(Rich::say(words, [])));
     }
-    text
-}
-
-fn names_plain(signals: &[&Signal]) -> String {
-    let names: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
-    match names.len() {
-        0 => "none".to_owned(),
-        n if n > MOST_NAMES => {
-            format!("{}, and {} more", names[..MOST_NAMES].join(", "), n - MOST_NAMES)
-        }
-        _ => names.join(", "),
-    }
+    blocks
 }

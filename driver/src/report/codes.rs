@@ -1,17 +1,19 @@
 //! The state encoding, and the reason for it.
 
-use super::{Chip, Subject, counted, table::Table};
+use super::document::{Block, Inline, Rich, Table};
+use super::{Chip, Subject, counted};
 use crate::coding::{Encoding, EncodingChoice, encoding_name};
 use grafsynth_ir::logic::{Decoded, PinRole};
 use grafsynth_ir::program::Origin;
 use grafsynth_logic::minimise::{Budget, sum_between};
 use grafsynth_logic::node_bdds::Var;
 
-pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     let circuit = &chip.circuit;
-    let code = chip.code.as_ref()?;
+    let Some(code) = &chip.code else { return Vec::new() };
     if circuit.flops.is_empty() {
-        return Some("There are no flip-flops: the circuit has no memory.".to_owned());
+        let none = "There are no flip-flops: the circuit has no memory.";
+        return vec![Block::Paragraph(Rich::say(none, []))];
     }
     let name = encoding_name(code.encoding);
     let is_busy = circuit.outputs.values().any(|output| output.role == PinRole::Busy);
@@ -32,17 +34,17 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         }
         (EncodingChoice::Auto, None) => "the first choice, and it fits".to_owned(),
     };
-    let mut text = format!(
-        "**{name}**, {}: {why}.\n",
-        counted(circuit.flops.len(), "flip-flop", "flip-flops")
-    );
+    let flops = counted(circuit.flops.len(), "flip-flop", "flip-flops");
+    let name = Inline::Strong(name.to_owned());
+    let mut text = Rich::say("{}, {}: {}.", [name, flops.into(), Inline::Message(why)]);
     if code.is_safe {
-        text += "Every unreachable situation returns to the initial one (`--safe`).\n";
+        let safe = " Every unreachable situation returns to the initial one (`--safe`).";
+        text = text.and(Rich::say(safe, []));
     }
     let is_step = |bit: &&Decoded| matches!(bit.holds.origin, Origin::Step(_) | Origin::Region(_));
     let steps: Vec<&Decoded> = circuit.decoded.iter().filter(is_step).collect();
     if steps.is_empty() {
-        return Some(text);
+        return vec![Block::Paragraph(text)];
     }
     let mut table = Table::new(["Active", "while"]);
     for decoded in steps {
@@ -66,5 +68,5 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
         };
         table.row([decoded.name.clone(), code]);
     }
-    Some(format!("{text}\n{}", table.text()))
+    vec![Block::Paragraph(text), Block::Table(table)]
 }

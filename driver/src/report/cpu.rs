@@ -1,6 +1,7 @@
 //! The worst-case cost of a reaction of emitted C on machines with known constants, the worst-case path, and why the C code has its style.
 
-use super::{Subject, counted, table::Table};
+use super::document::{Block, Inline, Rich, Table};
+use super::{Subject, counted};
 pub use crate::built::Measured;
 use grafsynth_backend_c::cost::{self, Bound, Machine, Way};
 use grafsynth_backend_c::{Object, Package, Style};
@@ -11,9 +12,9 @@ use std::collections::BTreeMap;
 /// The maximum number of rows of a path; the rows with the lowest cost are left out.
 const ROWS: usize = 12;
 
-pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
-    let package = subject.built.packages.first()?;
-    let mut text = style(package);
+pub(super) fn write(subject: &Subject<'_>) -> Vec<Block> {
+    let Some(package) = subject.built.packages.first() else { return Vec::new() };
+    let mut blocks = vec![style(package)];
     let mut bounds: Vec<(&Machine, Bound)> = Vec::new();
     let mut table = Table::new([
         "Machine",
@@ -33,8 +34,8 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         let bound = match cost::bound(package, machine) {
             Ok(bound) => bound,
             Err(error) => {
-                text += &no_bound(subject, package, &error.what);
-                return Some(text);
+                blocks.extend(no_bound(subject, package, &error.what));
+                return blocks;
             }
         };
         let measured = subject.built.measured.iter().find(|it| it.machine == machine.name);
@@ -69,25 +70,30 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         }
         bounds.push((machine, bound));
     }
-    text += &table.text();
+    blocks.push(Block::Table(table));
     if !scans.is_empty() {
         let many = if bounds.iter().any(|(_, bound)| bound.ring > 0) {
             "as many reactions as the event ring has entries, each with at most one event"
         } else {
             "one reaction"
         };
-        text += &format!("\nA whole scan, with {many}:\n\n{}", scans.text());
+        blocks.push(sentence(format!("A whole scan, with {many}:")));
+        blocks.push(Block::Table(scans));
     }
-    text += &ways(&bounds);
+    blocks.extend(ways(&bounds));
     if bounds.iter().any(|(_, bound)| bound.way == Way::Text) {
-        text += &rounds(subject);
+        blocks.extend(rounds(subject));
     }
-    text += &measured(subject);
-    text += &tasks(subject, &bounds);
+    blocks.extend(measured(subject));
+    blocks.extend(tasks(subject, &bounds));
     if let Some((machine, bound)) = bounds.first().filter(|(_, it)| it.unbounded.is_none()) {
-        text += &path(subject, package, machine, bound);
+        blocks.extend(path(subject, package, machine, bound));
     }
-    Some(text)
+    blocks
+}
+
+fn sentence(text: impl Into<String>) -> Block {
+    Block::Paragraph(Rich::plain(text))
 }
 
 /// The text about the parts that the cost of a reaction does not contain: `user_calls` calls of the user's functions, or other code of the user.
@@ -100,36 +106,37 @@ fn user_part(user_calls: u64, user_code: bool) -> String {
 }
 
 /// Why a cost has no bound, and what is known instead.
-fn no_bound(subject: &Subject<'_>, package: &Package, why: &str) -> String {
-    let mut text = format!("No time bound: {why}.\n");
+fn no_bound(subject: &Subject<'_>, package: &Package, why: &str) -> Vec<Block> {
+    let why = Inline::Message(why.to_owned());
+    let mut blocks = vec![Block::Paragraph(Rich::say("No time bound: {}.", [why]))];
     if let Some(n) = package.instructions {
-        text += &format!(
-            "\nA reaction runs at most {} of the program; the time that the engine needs for one instruction was not counted.\n",
+        blocks.push(sentence(format!(
+            "A reaction runs at most {} of the program; the time that the engine needs for one instruction was not counted.",
             counted(n, "instruction", "instructions")
-        );
-        text += &rounds(subject);
+        )));
+        blocks.extend(rounds(subject));
     }
-    text
+    blocks
 }
 
 /// The measurements on simulated machines.
-fn measured(subject: &Subject<'_>) -> String {
-    let mut text = String::new();
+fn measured(subject: &Subject<'_>) -> Vec<Block> {
+    let mut blocks = Vec::new();
     for it in &subject.built.measured {
         if let Some(machine) = cost::machine(it.machine) {
             let stack = it.stack.map_or_else(String::new, |n| format!(", {n} B of stack"));
-            text += &format!(
-                "\nMeasured on {}: {} reactions on random inputs, at most {} {}; {} for the reset{stack}; {} B of code.\n",
+            blocks.push(sentence(format!(
+                "Measured on {}: {} reactions on random inputs, at most {} {}; {} for the reset{stack}; {} B of code.",
                 machine.about, it.reactions, it.step, machine.unit, it.init, it.text
-            );
+            )));
         }
     }
-    text
+    blocks
 }
 
 /// How the bounds were found, or why one is missing.
-fn ways(bounds: &[(&Machine, Bound)]) -> String {
-    let mut text = String::new();
+fn ways(bounds: &[(&Machine, Bound)]) -> Vec<Block> {
+    let mut blocks = Vec::new();
     for (machine, bound) in bounds {
         let how = match bound.way {
             Way::Each(1) => "every reaction from the only reachable instance".to_owned(),
@@ -140,27 +147,31 @@ fn ways(bounds: &[(&Machine, Bound)]) -> String {
                 format!("the C code alone, with the most expensive branch of each `if` and `switch`{why}")
             }
         };
-        text += &format!("\nComputed for {}: {how}.", machine.about);
+        let how = Inline::Message(how);
+        let mut text = Rich::say("Computed for {}: {}.", [machine.about.into(), how]);
         if let Some(why) = &bound.unbounded {
-            text += &format!(" No bound: {why}.");
+            let why = Inline::Message(why.to_string());
+            text = text.and(Rich::say(" No bound: {}.", [why]));
         }
-        text += "\n";
+        blocks.push(Block::Paragraph(text));
     }
-    text
+    blocks
 }
 
 /// The chosen style or, if there was a choice, a table of all candidates with their costs.
-fn style(package: &Package) -> String {
+fn style(package: &Package) -> Block {
     if package.tried.is_empty() {
-        let why = if package.reason.is_empty() {
-            String::new()
+        let style = package.style.to_string().into();
+        return Block::Paragraph(if package.reason.is_empty() {
+            Rich::say("Style: {}.", [style])
         } else {
-            format!(", because a `switch` does not support {}", package.reason)
-        };
-        return format!("Style: {}{why}.\n\n", package.style);
+            let reason = Inline::Message(package.reason.to_string());
+            Rich::say("Style: {}, because a `switch` does not support {}.", [style, reason])
+        });
     }
     let mut table =
-        Table::new(["Style", "Reaction at most", "Code, about", "Instance", "Stack", "Chosen"]);
+        Table::new(["Style", "Reaction at most", "Code, about", "Instance", "Stack", "Chosen"])
+            .with_bars(1);
     for candidate in &package.tried {
         let name = if candidate.style == Style::Switch && package.style == "statechart" {
             "switch (statechart)".to_owned()
@@ -182,19 +193,19 @@ fn style(package: &Package) -> String {
             }
         }
     }
-    format!("{}\n", table.text())
+    Block::Table(table)
 }
 
 /// For each task: its cost, whether that was declared or comes from a cost model, and its worst-case cost on each machine.
-fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
+fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> Vec<Block> {
     let net = subject.net;
     if net.steps.values().all(|step| step.tasks.is_empty()) {
-        return String::new();
+        return Vec::new();
     }
     let mut heads = vec!["Step".to_owned(), "Budget".to_owned(), "Task".to_owned()];
     heads.extend(["Cost".to_owned(), "From".to_owned()]);
     heads.extend(bounds.iter().map(|(machine, _)| format!("{} on {}", machine.unit, machine.name)));
-    let mut table = Table::of(heads);
+    let mut table = Table::of(heads.into_iter().map(Rich::plain).collect());
     for (id, step) in net.steps.iter() {
         for (at, task) in step.tasks.iter().enumerate() {
             let from =
@@ -215,18 +226,18 @@ fn tasks(subject: &Subject<'_>, bounds: &[(&Machine, Bound)]) -> String {
                     .find(of_task)
                     .map_or_else(|| "not known".to_owned(), |it| format!("{}{calls}", it.time))
             }));
-            table.add(&row);
+            table.add(row.into_iter().map(Rich::plain).collect());
         }
     }
-    format!("\nTasks, with their worst-case cost:\n\n{}", table.text())
+    vec![sentence("Tasks, with their worst-case cost:"), Block::Table(table)]
 }
 
 /// The number of rounds that the bounds count for the loop over micro-steps, and how this number was proved.
-fn rounds(subject: &Subject<'_>) -> String {
-    let Some(rounds) = &subject.rounds else { return String::new() };
+fn rounds(subject: &Subject<'_>) -> Option<Block> {
+    let rounds = subject.rounds.as_ref()?;
     let net = subject.net;
     let micro_steps = |n: u32| counted(n, "micro-step", "micro-steps");
-    match rounds.proved {
+    let text = match rounds.proved {
         Some((checks, by)) => {
             let by = match by {
                 Proof::Explicit => "all states were enumerated",
@@ -240,8 +251,8 @@ fn rounds(subject: &Subject<'_>) -> String {
             let while_it_holds =
                 if assumed { ", as long as the assumptions of the chart hold" } else { "" };
             format!(
-                "\nThe loop over micro-steps is counted {}, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
-                 The chart would allow {}.\n",
+                "The loop over micro-steps is counted {}, including the check that finds nothing: it is proved that no reaction needs more ({by}){while_it_holds}. \
+                 The chart would allow {}.",
                 counted(checks, "time", "times"),
                 micro_steps(rounds.limit)
             )
@@ -250,11 +261,12 @@ fn rounds(subject: &Subject<'_>) -> String {
             let why = rounds.open.as_ref().map_or_else(String::new, |why| format!(": {why}"));
             let each = if net.settings.policy.is_statechart() { " for each event" } else { "" };
             format!(
-                "\nThe loop over micro-steps is counted up to the limit of the chart, {}{each}, because no smaller number is proved{why}.\n",
+                "The loop over micro-steps is counted up to the limit of the chart, {}{each}, because no smaller number is proved{why}.",
                 micro_steps(rounds.limit)
             )
         }
-    }
+    };
+    Some(Block::Paragraph(Rich::message(text)))
 }
 
 /// The time of a bound at the clock of the machine.
@@ -266,7 +278,7 @@ fn time(units: u64, machine: &Machine) -> String {
 }
 
 /// The worst-case path, by the parts of the chart that its lines come from.
-fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bound) -> String {
+fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bound) -> Vec<Block> {
     let net = subject.net;
     let mut groups: BTreeMap<Vec<Object>, (u64, Vec<u32>)> = BTreeMap::new();
     for place in &bound.path {
@@ -282,7 +294,7 @@ fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bou
     let file = package.files.iter().find(|file| {
         file.name.ends_with(".c") && !file.keep_existing && !file.name.ends_with("_tables.c")
     });
-    let mut table = Table::new(["Cost", "What", "Chart", "C"]);
+    let mut table = Table::new(["Cost", "What", "Chart", "C"]).with_bars(0);
     let more = rows.len().saturating_sub(ROWS);
     let rest: u64 = rows.iter().skip(ROWS).map(|(_, time, _)| *time).sum();
     for (objects, time, lines) in rows.into_iter().take(ROWS) {
@@ -306,16 +318,13 @@ fn path(subject: &Subject<'_>, package: &Package, machine: &Machine, bound: &Bou
             });
         table.row([time.to_string(), what, at, range]);
     }
-    let mut text = format!(
-        "\nThe worst-case reaction ({}) takes this path ({} {} in total; lines of `{}`):\n\n{}",
-        machine.about,
-        bound.step,
-        machine.unit,
-        file.map_or("", |file| file.name.as_str()),
-        table.text()
-    );
+    let file = file.map_or(String::new(), |file| file.name.clone());
+    let total = format!("{} {} in total", bound.step, machine.unit);
+    let words = "The worst-case reaction ({}) takes this path ({}; lines of {}):";
+    let about = Rich::say(words, [machine.about.into(), total.into(), Inline::Code(file)]);
+    let mut blocks = vec![Block::Paragraph(about), Block::Table(table)];
     if more > 0 {
-        text += &format!("\n{} more with {rest} {} in total.\n", more, machine.unit);
+        blocks.push(sentence(format!("{more} more with {rest} {} in total.", machine.unit)));
     }
-    text
+    blocks
 }

@@ -1,10 +1,11 @@
 //! The design in brief.
 
-use super::{Subject, counted, table::Table};
+use super::document::{Block, Table};
+use super::{Subject, counted};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::Evolution;
 
-pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+pub(super) fn write(subject: &Subject<'_>) -> Vec<Block> {
     let net = subject.net;
     let hash: String =
         crate::jedec::signature(net).iter().map(|byte| format!("{byte:02x}")).collect();
@@ -14,7 +15,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
     say("made by", format!("grafsynth {}", env!("CARGO_PKG_VERSION")));
     if subject.is_logic {
         say("inputs, outputs", format!("{}, {}", net.inputs.len(), net.outputs.len()));
-        return Some(table.text());
+        return vec![Block::Table(table)];
     }
     say("signature", format!("{hash} (FNV-1a, 64 bits, of the net's text)"));
     if let Some(device) = &net.board.device {
@@ -49,7 +50,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
         let sure = if reach.exact { how.to_owned() } else { format!("at most; {how}") };
         say("reachable situations", format!("{} ({sure})", reach.situations));
     }
-    Some(table.text())
+    vec![Block::Table(table)]
 }
 
 /// A duration in the largest unit that divides it.

@@ -1,15 +1,16 @@
 //! The equations of a chip, with the chart's names; for a fuse map, the equations decoded from its fuses.
 
 use super::chip::{Cell, Chip, Kind, Language, plain};
+use super::document::{Block, Rich};
 use super::{Subject, counted};
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::device::FlipFlop;
 use grafsynth_backend_pld::placement::CellKind;
 use grafsynth_ir::logic::Node;
 
-pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     if chip.cells.is_empty() {
-        return netlist(chip);
+        return netlist(chip).into_iter().collect();
     }
     let whence = match chip.language {
         Language::Jedec => "Decoded from the fuses of the file",
@@ -23,15 +24,15 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
     if chip.cells.iter().any(|cell| cell.inverter.is_some()) {
         signs += ", `:+: x` inverts the whole sum while x is true";
     }
-    let mut text = format!("{whence}, with the names of the {source}. {signs}.\n\n```text\n");
+    let about = format!("{whence}, with the names of the {source}. {signs}.");
+    let mut text = String::new();
     for (at, cell) in chip.cells.iter().enumerate() {
         if at > 0 {
             text.push('\n');
         }
         text += &format!("; {}\n{}", heading(chip, cell), equation(chip, cell));
     }
-    text += "```\n";
-    Some(text)
+    vec![Block::Paragraph(Rich::say(&about, [])), Block::Text(text)]
 }
 
 /// The pin, the form, and the chart's label of the signal.
@@ -118,7 +119,7 @@ fn equation(chip: &Chip, cell: &Cell) -> String {
     text
 }
 
-fn netlist(chip: &Chip) -> Option<String> {
+fn netlist(chip: &Chip) -> Option<Block> {
     let language = match chip.language {
         Language::Text(Dialect::Verilog) => "Verilog",
         Language::Text(Dialect::Blif) => "BLIF",
@@ -136,12 +137,12 @@ fn netlist(chip: &Chip) -> Option<String> {
     };
     let nodes = circuit.nodes.iter().filter(|(id, node)| is_needed[*id] && is_operation(node));
     let gates = nodes.count();
-    Some(format!(
+    Some(Block::Paragraph(Rich::plain(format!(
         "The {language} text contains the functions in several levels, as in the source: {} and {}, made of {} over {} and {}. The synthesis tool maps them to cells or lookup tables, so no product terms are counted here.",
         counted(circuit.flops.len(), "next state", "next states"),
         counted(circuit.outputs.len(), "output", "outputs"),
         counted(gates, "operation", "operations"),
         counted(circuit.inputs.len(), "input bit", "input bits"),
         counted(circuit.flops.len(), "flip-flop", "flip-flops"),
-    ))
+    ))))
 }

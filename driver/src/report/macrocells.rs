@@ -1,15 +1,17 @@
 //! The product terms of each macrocell, and the savings by don't-cares.
 
 use super::chip::{Cell, Chip};
+use super::document::{Block, Inline, Rich, Table};
 use super::equations::form;
-use super::{Subject, counted, table::Table};
+use super::{Subject, counted};
 
-pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     if chip.cells.is_empty() {
-        return None;
+        return Vec::new();
     }
     let mut table =
-        Table::new(["Pin", "Function", "Form", "Terms", "Of", "Minimum", "Without don't-cares"]);
+        Table::new(["Pin", "Function", "Form", "Terms", "Of", "Minimum", "Without don't-cares"])
+            .with_bars(3);
     for cell in &chip.cells {
         let pin = cell.pin.map_or_else(|| "-".to_owned(), |pin| pin.to_string());
         let sign = if cell.is_complemented { ", complement" } else { "" };
@@ -50,23 +52,25 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
             String::new(),
         ]);
     }
-    let mut text = table.text();
-    text.push('\n');
-    text += &summary(chip, spare.len());
+    let mut blocks =
+        vec![Block::Table(table), Block::Paragraph(Rich::plain(summary(chip, spare.len())))];
+    blocks.extend(saved(chip).map(Block::Paragraph));
     if let Some(misfit) = &chip.misfit {
-        text += &format!("It does not fit one device, so pins are not assigned: {misfit}.\n");
+        let why = Inline::Message(misfit.to_string());
+        let words = "It does not fit one device, so pins are not assigned: {}.";
+        blocks.push(Block::Paragraph(Rich::say(words, [why])));
     }
-    Some(text)
+    blocks
 }
 
-/// The totals of all macrocells, and the savings by don't-cares.
+/// The totals of all macrocells.
 fn summary(chip: &Chip, n_spare: usize) -> String {
     let used: usize = chip.cells.iter().map(|cell| cell.n_terms()).sum();
     let available: u32 = chip.cells.iter().filter_map(|cell| cell.available).sum();
     if chip.misfit.is_some() {
         let functions = counted(chip.cells.len(), "function", "functions");
         let terms = counted(used, "product term", "product terms");
-        return format!("{terms} in {functions}.\n{}", saved(chip));
+        return format!("{terms} in {functions}.");
     }
     let mut text = format!(
         "{used} of {} used in {}",
@@ -86,44 +90,42 @@ fn summary(chip: &Chip, n_spare: usize) -> String {
         Some(_) => text += &format!(", {n_spare} spare"),
         None => {}
     }
-    text += ".\n";
-    text + &saved(chip)
+    text + "."
 }
 
 /// The savings by don't-cares, of the functions for which they are known.
-fn saved(chip: &Chip) -> String {
+fn saved(chip: &Chip) -> Option<Rich> {
     let counted_cells: Vec<(&Cell, usize)> =
         (chip.cells.iter()).filter_map(|cell| Some((cell, cell.count.without?.0))).collect();
     if counted_cells.is_empty() {
-        return String::new();
+        return None;
     }
     let with: usize = counted_cells.iter().map(|(cell, _)| cell.n_terms()).sum();
     let without: usize = counted_cells.iter().map(|(_, without)| without).sum();
     let bound: usize =
         counted_cells.iter().filter_map(|(cell, _)| Some(cell.count.without?.1)).sum();
-    match without.cmp(&with) {
+    Some(match without.cmp(&with) {
         std::cmp::Ordering::Greater => {
             let sure = if bound == without {
                 "proved to be the minimum without them".to_owned()
             } else {
                 format!("the minimum without them is at least {bound}")
             };
-            format!(
-                "Don't-cares saved {}: the same functions in the same form need {without} without them ({sure}).\n",
+            Rich::plain(format!(
+                "Don't-cares saved {}: the same functions in the same form need {without} without them ({sure}).",
                 counted(without - with, "term", "terms"),
-            )
+            ))
         }
-        std::cmp::Ordering::Equal => {
-            "The same functions in the same form need as many terms without don't-cares.\n"
-                .to_owned()
-        }
+        std::cmp::Ordering::Equal => Rich::plain(
+            "The same functions in the same form need as many terms without don't-cares.",
+        ),
         std::cmp::Ordering::Less => {
             let how = if chip.code.is_none() { "; use `--refit` to minimise them" } else { "" };
-            format!(
-                "The same functions in the same form need {without} of these {with} terms{how}.\n"
-            )
+            let words = "The same functions in the same form need {} of these {} terms";
+            let numbers = [without, with].map(|n| n.to_string().into());
+            Rich::say(words, numbers).and(Rich::say(how, [])).and(Rich::plain("."))
         }
-    }
+    })
 }
 
 /// Whether fewer products are possible.

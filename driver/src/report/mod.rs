@@ -1,15 +1,16 @@
-//! Reports on the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page with drawings ([`page()`]).
+//! Reports on the outputs of a build: a line for each ([`OutputReport`]), and with `build --report` a page about all of them ([`document()`]).
 //!
 //! ```text
 //! pipeline, jedec ──► Chip      the data of one output, collected while it is built
-//! net, facts, lines, chips ──► Subject ──► sections, one file each ──► NAME.report.md
-//!                                   └────► Drawing ──► NAME.report.md (characters), FILE.svg
+//! net, facts, lines, chips ──► Subject ──► sections, one file each ──► Document ──► Markdown, JSON; HTML (by the command line)
+//!                                   └────► Drawing (characters, SVG) ──┘
 //! ```
-//! A section is a function that returns the text for a [`Subject`] (or for one [`Chip`] of it), or `None` if there is nothing to report. The lists `BEFORE`,
-//! `CHIP` and `AFTER` contain all sections of the page, in order: another kind of target would get its own list, like `CHIP`. The page is Markdown that is
-//! readable as plain text too; it contains no date, so the same chart gives the same bytes.
+//! A section is a function that returns the blocks for a [`Subject`] (or for one [`Chip`] of it), none if there is nothing to report. The lists `BEFORE`, `CHIP`
+//! and `AFTER` contain all sections of the report, in order: another kind of target would get its own list, like `CHIP`. The writers add no fact, so all forms
+//! have the same ones. A report contains no date, so the same chart gives the same bytes.
 
 pub mod chip;
+pub mod document;
 pub mod drawing;
 pub mod svg;
 mod table;
@@ -20,7 +21,9 @@ pub mod cpu;
 mod design;
 mod equations;
 mod flashing;
+mod json;
 mod macrocells;
+mod markdown;
 mod pins;
 mod power_up;
 mod programming;
@@ -34,7 +37,11 @@ pub use crate::output_report::{
     Note, Outcome, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
 };
 pub use chip::Chip;
+pub use document::Document;
+pub use json::json;
+pub use markdown::markdown;
 
+use self::document::{Block, Figure, Section};
 use crate::built::{Built, MapEntry, OutputFile};
 use crate::source::Sources;
 use crate::stem::FileStem;
@@ -45,28 +52,32 @@ use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
 use grafsynth_verify::{Limits, PropertyVerdict};
 
-/// A section about the whole design: its title and its writer.
-type Whole = (&'static str, fn(&Subject<'_>) -> Option<String>);
+/// A section about the whole design: the name of its kind, its title and its writer.
+type Whole = (&'static str, &'static str, fn(&Subject<'_>) -> Vec<Block>);
 /// A section about one chip.
-type OfChip = (&'static str, fn(&Subject<'_>, &Chip) -> Option<String>);
+type OfChip = (&'static str, &'static str, fn(&Subject<'_>, &Chip) -> Vec<Block>);
 
 /// The first sections.
-const BEFORE: [Whole; 2] = [("Design", design::write), ("What was proved", proofs::write)];
+const BEFORE: [Whole; 2] =
+    [("design", "Design", design::write), ("proofs", "What was proved", proofs::write)];
 
 /// The sections of each chip, under its own heading.
 const CHIP: [OfChip; 7] = [
-    ("Codes", codes::write),
-    ("Equations", equations::write),
-    ("Product terms", macrocells::write),
-    ("Pins", pins::write),
-    ("Power-up", power_up::write),
-    ("Clock", clock::write),
-    ("Programming", programming::write),
+    ("codes", "Codes", codes::write),
+    ("equations", "Equations", equations::write),
+    ("product-terms", "Product terms", macrocells::write),
+    ("pins", "Pins", pins::write),
+    ("power-up", "Power-up", power_up::write),
+    ("clock", "Clock", clock::write),
+    ("programming", "Programming", programming::write),
 ];
 
 /// The last sections, which cover all outputs.
-const AFTER: [Whole; 3] =
-    [("CPU", cpu::write), ("Flashing", flashing::write), ("Requirements", requirements::write)];
+const AFTER: [Whole; 3] = [
+    ("cpu", "CPU", cpu::write),
+    ("flashing", "Flashing", flashing::write),
+    ("requirements", "Requirements", requirements::write),
+];
 
 /// The subject of a page.
 pub struct Subject<'a> {
@@ -102,77 +113,82 @@ impl Subject<'_> {
     }
 }
 
-/// The page of a build, called `stem`, and the drawing of each chip. `facts` are those of the build; if they do not contain the situations, these are
-/// enumerated here, within `limits`.
+/// The report of a build. `facts` are those of the build; if they do not contain the situations, these are enumerated here, within `limits`.
 #[must_use]
-pub fn page(
+pub fn document(
     net: &Valid<Net>,
     facts: &Facts,
     built: &Built,
     counted: Option<&Counted>,
     sources: &Sources,
     limits: &Limits,
-    stem: &FileStem,
-) -> Vec<OutputFile> {
+) -> Document {
     let reach = facts.reach.clone().or_else(|| {
         let limits = Limits { pairs: limits.pairs.min(100_000), ..limits.clone() };
         grafsynth_verify::facts(net, &limits).reach
     });
     let properties = grafsynth_verify::properties(net, limits);
     let rounds = cost::rounds(net, facts);
-    let subject =
-        Subject { net, built, counted, rounds, sources, reach, properties, is_logic: false };
-    write(&subject, stem)
+    collect(&Subject { net, built, counted, rounds, sources, reach, properties, is_logic: false })
 }
 
-/// The page of imported logic, named `stem`, and the drawing of each chip. `interface` has its columns ([`crate::logic::interface`]).
+/// The report of imported logic. `interface` has its columns ([`crate::logic::interface`]).
 #[must_use]
-pub fn page_of_logic(interface: &Valid<Net>, built: &Built, stem: &FileStem) -> Vec<OutputFile> {
-    let sources = Sources::default();
-    let subject = Subject {
+pub fn document_of_logic(interface: &Valid<Net>, built: &Built) -> Document {
+    collect(&Subject {
         net: interface,
         built,
         counted: None,
         rounds: None,
-        sources: &sources,
+        sources: &Sources::default(),
         reach: None,
         properties: Vec::new(),
         is_logic: true,
-    };
-    write(&subject, stem)
+    })
 }
 
-fn write(subject: &Subject<'_>, stem: &FileStem) -> Vec<OutputFile> {
+/// A report as Markdown, with the drawing of each chip in a file of its own.
+#[must_use]
+pub fn markdown_files(document: &Document, stem: &FileStem) -> Vec<OutputFile> {
+    let page = OutputFile::new(format!("{stem}.report.md"), markdown(document));
+    let blocks = document.sections.iter().flat_map(|section| &section.blocks);
+    let drawings = blocks.filter_map(|block| match block {
+        Block::Figure(figure) => Some(OutputFile::new(figure.file.clone(), figure.svg.clone())),
+        _ => None,
+    });
+    std::iter::once(page).chain(drawings).collect()
+}
+
+fn collect(subject: &Subject<'_>) -> Document {
     let Subject { net, built, .. } = subject;
-    let mut text = format!("# {}\n", table::inline(&net.name.text));
-    if !net.parts.values().next().is_none_or(|part| part.meta.label.is_empty()) {
-        let label = net.parts.values().next().map_or("", |part| part.meta.label.as_str());
-        text += &format!("\n{}\n", table::inline(label));
-    }
-    let mut add = |level: &str, title: &str, body: Option<String>| {
-        if let Some(body) = body {
-            text += &format!("\n{level} {title}\n\n{}\n", body.trim_end());
-        }
+    let mut sections = Vec::new();
+    let of_whole = |(id, title, write): Whole| Section {
+        id,
+        output: None,
+        is_part: false,
+        title: title.to_owned(),
+        blocks: write(subject),
     };
-    for (title, write) in BEFORE {
-        add("##", title, write(subject));
-    }
-    let mut files = Vec::new();
+    sections.extend(BEFORE.map(of_whole));
     for chip in &built.chips {
-        let head = format!("![{}]({})", chip.file, drawing_name(chip));
-        add("##", &table::inline(&chip.file), Some(head));
-        for (title, write) in CHIP {
-            add("###", title, write(subject, chip));
-        }
-        files.push(OutputFile::new(drawing_name(chip), drawing::Drawing::of(chip).svg()));
+        let figure = Figure {
+            about: chip.file.clone(),
+            file: format!("{}.svg", chip.file),
+            svg: drawing::Drawing::of(chip).svg(),
+        };
+        let of_chip = |id, title: &str, is_part, blocks| Section {
+            id,
+            output: Some(chip.file.clone()),
+            is_part,
+            title: title.to_owned(),
+            blocks,
+        };
+        sections.push(of_chip("output", &chip.file, false, vec![Block::Figure(figure)]));
+        sections
+            .extend(CHIP.map(|(id, title, write)| of_chip(id, title, true, write(subject, chip))));
     }
-    for (title, write) in AFTER {
-        add("##", title, write(subject));
-    }
-    files.insert(0, OutputFile::new(format!("{stem}.report.md"), text));
-    files
-}
-
-fn drawing_name(chip: &Chip) -> String {
-    format!("{}.svg", chip.file)
+    sections.extend(AFTER.map(of_whole));
+    sections.retain(|section| !section.blocks.is_empty());
+    let subtitle = net.parts.values().next().map_or("", |part| part.meta.label.as_str());
+    Document { title: net.name.text.clone(), subtitle: subtitle.to_owned(), sections }
 }

@@ -1,12 +1,12 @@
 //! The pins: a drawing in characters and a list.
 
+use super::Subject;
 use super::chip::{Chip, Kind, Signal};
+use super::document::{Block, Rich, Table};
 use super::drawing::{Drawing, PinMark, PinRole, Shape};
-use super::{Subject, table::Table};
 
-pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     let drawing = Drawing::of(chip);
-    let mut text = format!("```text\n{}```\n\n", drawing.text());
     let mut table = Table::new(["Pin", "Name", "Use", "Label", "In the file"]);
     for pin in drawing.pins.iter().filter(|pin| is_listed(pin, drawing.shape)) {
         let signals: Vec<&Signal> = chip
@@ -38,16 +38,16 @@ pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
             printed.join(", "),
         ]);
     }
-    text += &table.text();
+    let mut blocks = vec![Block::Text(drawing.text()), Block::Table(table)];
     let hidden = chip.signals.iter().filter(|signal| {
         signal.pin.is_none() && matches!(signal.kind, Kind::Flop(_) | Kind::Buried)
     });
     let hidden = hidden.count();
     if hidden > 0 && chip.device.is_none() {
         let what = super::counted(hidden, "flip-flop is", "flip-flops are");
-        text += &format!("\n{what} buried, without a pin.\n");
+        blocks.push(Block::Paragraph(Rich::plain(format!("{what} buried, without a pin."))));
     }
-    Some(text)
+    blocks
 }
 
 /// True if a pin is listed: all pins of packages with two rows and of symbols, only the used pins of others.

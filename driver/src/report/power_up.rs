@@ -1,40 +1,43 @@
 //! The values of registers after power-up, the source of these data, and whether they are the initial situation.
 
 use super::chip::{Chip, Kind, Language};
-use super::{Outcome, Subject, counted, table::Table, table::inline};
+use super::document::{Block, Inline, Rich, Table};
+use super::{Outcome, Subject, counted};
 use grafsynth_backend_pld::Dialect;
 use grafsynth_backend_pld::device::Source;
 use grafsynth_sim::Simulator;
 
-pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(subject: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     let circuit = &chip.circuit;
-    let mut text = String::new();
     let is_clocked = !circuit.flops.is_empty()
         || circuit.outputs.values().any(|output| output.registered.is_some());
     if !is_clocked {
-        return Some("There are no flip-flops, so there is no power-up state.".to_owned());
+        let none = "There are no flip-flops, so there is no power-up state.";
+        return vec![Block::Paragraph(Rich::say(none, []))];
     }
+    let mut blocks = Vec::new();
     match chip.device {
         Some(device) => {
-            text += &registers(chip, device);
+            blocks.extend(registers(chip, device));
             for figure in device.figures.iter().filter(|figure| figure.what.contains("power-up")) {
                 let whence = match figure.source {
                     Source::Read(source) => format!("read: {source}"),
                     Source::Memory(source) => format!("data-sheet value, not verified: {source}"),
                 };
-                text += &format!("\nSource: {} ({whence}).\n", figure.what);
+                let text = format!("Source: {} ({whence}).", figure.what);
+                blocks.push(Block::Paragraph(Rich::message(text)));
             }
         }
-        None => text += &netlist(chip),
+        None => blocks.push(Block::Paragraph(netlist(chip))),
     }
     if let Some(code) = &chip.code {
-        text += &situation(subject, chip, code.is_safe);
+        blocks.push(Block::Paragraph(situation(subject, chip, code.is_safe)));
     }
-    Some(text)
+    blocks
 }
 
 /// The initial situation of the chart, and whether it is proved that the chip starts in it.
-fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
+fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> Rich {
     let initial = Simulator::new(subject.net).reset().steps.clone();
     let names: Vec<&str> = initial
         .iter()
@@ -42,24 +45,28 @@ fn situation(subject: &Subject<'_>, chip: &Chip, is_safe: bool) -> String {
         .map(|step| subject.net.steps[*step].name.text.as_str())
         .collect();
     let situation = if names.is_empty() { "no step".to_owned() } else { names.join(", ") };
-    let mut text = format!("\nThe initial situation of the chart is **{}**. ", inline(&situation));
-    text += &match chip.outcome {
+    let text = Rich::say("The initial situation of the chart is {}. ", [Inline::Strong(situation)]);
+    let file = || [Inline::Code(chip.file.clone())];
+    let text = text.and(match chip.outcome {
         Outcome::Proved => {
-            format!("The proof of `{}` includes that it powers up in this situation.\n", chip.file)
+            Rich::say("The proof of {} includes that it powers up in this situation.", file())
         }
         Outcome::NotChecked | Outcome::Open => {
-            format!("It was not proved that `{}` powers up in this situation.\n", chip.file)
+            Rich::say("It was not proved that {} powers up in this situation.", file())
         }
-        Outcome::Refuted => format!("`{}` does not behave like the chart.\n", chip.file),
-    };
-    if is_safe {
-        text += "After a disturbance of a register, it returns to this situation in one clock (`--safe`).\n";
+        Outcome::Refuted => Rich::say("{} does not behave like the chart.", file()),
+    });
+    if !is_safe {
+        return text;
     }
-    text
+    text.and(Rich::say(
+        " After a disturbance of a register, it returns to this situation in one clock (`--safe`).",
+        [],
+    ))
 }
 
 /// A row for each register: its value on the device, and its value in the chart.
-fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> String {
+fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> Vec<Block> {
     let circuit = &chip.circuit;
     let mut table = Table::new(["Register", "Pin", "Pin level", "Power-up value", "Required"]);
     let level = |value: bool| if value { "high" } else { "low" };
@@ -92,15 +99,16 @@ fn registers(chip: &Chip, device: &grafsynth_backend_pld::device::Device) -> Str
         Language::Text(_) => "according to the rule of the device and the form of each equation",
     };
     if table.is_empty() {
-        return String::new();
+        return Vec::new();
     }
-    format!("{}\nPower-up values {whence}.\n", table.text())
+    let whence = Rich::plain(format!("Power-up values {whence}."));
+    vec![Block::Table(table), Block::Paragraph(whence)]
 }
 
-fn netlist(chip: &Chip) -> String {
+fn netlist(chip: &Chip) -> Rich {
     let ones: Vec<String> = (chip.circuit.flops.values())
         .filter(|flop| flop.init)
-        .map(|flop| inline(&flop.name))
+        .map(|flop| flop.name.clone())
         .collect();
     let first = match ones.as_slice() {
         [] => "All registers power up at 0".to_owned(),
@@ -128,11 +136,12 @@ fn netlist(chip: &Chip) -> String {
         ) => "",
     };
     let reset = chip.signals.iter().find(|signal| signal.kind == Kind::Reset);
-    let reset = reset.map_or(String::new(), |reset| {
-        format!(
+    let text = Rich::say("{}. ", [first.into()]).and(Rich::say(how, []));
+    match reset {
+        None => text,
+        Some(reset) => text.and(Rich::say(
             " The input `{}` also sets all of them to these values while it is high.",
-            inline(&reset.name)
-        )
-    });
-    format!("{first}. {how}{reset}\n")
+            [reset.name.as_str().into()],
+        )),
+    }
 }

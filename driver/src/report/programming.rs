@@ -1,17 +1,18 @@
 //! How to program the chip, and how to identify it afterwards.
 
 use super::chip::{Chip, Language};
-use super::{Subject, counted, table::Table};
+use super::document::{Block, Rich, Table};
+use super::{Subject, counted};
 use grafsynth_backend_pld::Dialect;
 
-pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Option<String> {
+pub(super) fn write(_: &Subject<'_>, chip: &Chip) -> Vec<Block> {
     match chip.language {
-        Language::Jedec => fuses(chip),
+        Language::Jedec => fuses(chip).unwrap_or_default(),
         Language::Text(dialect) => text(chip, dialect),
     }
 }
 
-fn fuses(chip: &Chip) -> Option<String> {
+fn fuses(chip: &Chip) -> Option<Vec<Block>> {
     let (map, device) = (chip.fuses.as_ref()?, chip.device?);
     let mut table = Table::new(["Property", "Value"]);
     let mut say = |what: &str, is: String| table.row([what.to_owned(), is]);
@@ -40,40 +41,47 @@ fn fuses(chip: &Chip) -> Option<String> {
     };
     say("security fuse", secured.to_owned());
     say("test vectors", format!("{}; the first is the power-up state", chip.n_vectors));
-    let mut text = table.text();
-    text += &match crate::jedec::command_for(device, chip.part, &chip.file) {
-        Some(command) => {
-            let others = crate::jedec::other_parts(device, chip.part);
-            let others = if others.is_empty() {
-                String::new()
-            } else {
-                format!("\nThe file fits these chips too: {} (`-p`).\n", others.join(", "))
-            };
-            format!("\n```text\n{command}\n```\n{others}")
-        }
-        None => "\nThere is no supported programmer for this device.\n".to_owned(),
+    let mut blocks = vec![Block::Table(table)];
+    let Some(command) = crate::jedec::command_for(device, chip.part, &chip.file) else {
+        let none = "There is no supported programmer for this device.";
+        blocks.push(Block::Paragraph(Rich::say(none, [])));
+        return Some(blocks);
     };
-    Some(text)
+    blocks.push(Block::Text(format!("{command}\n")));
+    let others = crate::jedec::other_parts(device, chip.part);
+    if !others.is_empty() {
+        let words = "The file fits these chips too: {} (`-p`).";
+        blocks.push(Block::Paragraph(Rich::say(words, [others.join(", ").into()])));
+    }
+    Some(blocks)
 }
 
-fn text(chip: &Chip, dialect: Dialect) -> Option<String> {
+fn text(chip: &Chip, dialect: Dialect) -> Vec<Block> {
     let file = &chip.file;
-    let mut text = match (dialect, chip.package) {
-        (Dialect::Galasm, _) => format!("```text\ngalette {file}      makes the fuse map\n```\n"),
-        (Dialect::Palasm, _) => "An assembler for PALASM makes the fuse map; `grafsynth build --target jedec` makes and proves one for the GALs.\n".to_owned(),
-        (Dialect::Cupl, _) => "WinCUPL makes the fuse map; `grafsynth build --target jedec` makes and proves one for the GALs.\n".to_owned(),
+    let made = |assembler: &str| {
+        let words = " makes the fuse map; `grafsynth build --target jedec` makes and proves one for the GALs.";
+        Block::Paragraph(Rich::plain(assembler).and(Rich::say(words, [])))
+    };
+    let mut blocks = match (dialect, chip.package) {
+        (Dialect::Galasm, _) => {
+            vec![Block::Text(format!("galette {file}      makes the fuse map\n"))]
+        }
+        (Dialect::Palasm, _) => vec![made("An assembler for PALASM")],
+        (Dialect::Cupl, _) => vec![made("WinCUPL")],
         (Dialect::Verilog, Some(package)) => {
             let stem = file.rsplit_once('.').map_or(file.as_str(), |(stem, _)| stem);
-            format!(
-                "```text\nyosys -p 'synth_ice40 -json {stem}.json' {file}\nnextpnr-ice40 {} --package {} --json {stem}.json --pcf {stem}.pcf --asc {stem}.asc\nicepack {stem}.asc {stem}.bin\niceprog {stem}.bin\n```\n",
+            vec![Block::Text(format!(
+                "yosys -p 'synth_ice40 -json {stem}.json' {file}\nnextpnr-ice40 {} --package {} --json {stem}.json --pcf {stem}.pcf --asc {stem}.asc\nicepack {stem}.asc {stem}.bin\niceprog {stem}.bin\n",
                 package.device, package.package
-            )
+            ))]
         }
-        (Dialect::Verilog | Dialect::Blif, _) => String::new(),
+        (Dialect::Verilog | Dialect::Blif, _) => Vec::new(),
     };
     if chip.n_vectors > 0 {
         let rows = counted(chip.n_vectors, "row", "rows");
-        text += &format!("Test vectors: {rows} of the stimulus, with the outputs of the chart.\n");
+        blocks.push(Block::Paragraph(Rich::plain(format!(
+            "Test vectors: {rows} of the stimulus, with the outputs of the chart."
+        ))));
     }
-    (!text.is_empty()).then_some(text)
+    blocks
 }

@@ -1,39 +1,41 @@
 //! The section about proofs: what was proved about each output and each property, how, and over how many states.
 
-use super::{OutputReport, Subject, counted, table::inline};
+use super::document::{Block, Inline, Item, Rich};
+use super::{OutputReport, Subject, counted};
 use grafsynth_ir::facts::Proof;
 use grafsynth_ir::net::PropertyRole;
 use grafsynth_verify::Outcome as Verdict;
 
-pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
-    let mut text = String::new();
-    for line in &subject.built.lines {
-        text += &of_line(line);
-    }
+pub(super) fn write(subject: &Subject<'_>) -> Vec<Block> {
+    let mut items: Vec<Item> = subject.built.lines.iter().map(of_line).collect();
     let assumptions: Vec<String> = (subject.net.properties.iter().enumerate())
         .filter(|(_, property)| property.role == PropertyRole::Assume)
-        .map(|(at, _)| inline(&property(subject, at)))
+        .map(|(at, _)| property(subject, at))
         .collect();
     for verdict in &subject.properties {
-        let property = inline(&property(subject, verdict.property));
-        text += &format!("- **{property}**: {}\n", said(&verdict.outcome));
+        let name = Inline::Strong(property(subject, verdict.property));
+        items.push(Rich::say("{}: ", [name]).and(said(&verdict.outcome)).into());
+    }
+    let mut blocks = Vec::new();
+    if !items.is_empty() {
+        blocks.push(Block::List(items));
     }
     if !assumptions.is_empty() {
-        text += &format!(
-            "\nAll of this holds for inputs that satisfy the assumptions of the chart: {}.\n",
-            assumptions.join("; ")
-        );
+        blocks.push(Block::Paragraph(Rich::say(
+            "All of this holds for inputs that satisfy the assumptions of the chart: {}.",
+            [assumptions.join("; ").into()],
+        )));
     }
-    (!text.is_empty()).then_some(text)
+    blocks
 }
 
 /// An output: the parts of its line as a list.
-fn of_line(line: &OutputReport) -> String {
-    let mut text = format!("- **{}**: {}\n", inline(&line.name), line.outcome().name());
-    for part in line.parts() {
-        text += &format!("  - {}\n", part.replace('\n', " "));
+fn of_line(line: &OutputReport) -> Item {
+    let name = Inline::Strong(line.name.clone());
+    Item {
+        text: Rich::say("{}: ", [name]).and(Rich::verdict(line.outcome().name())),
+        parts: line.parts().map(|part| Rich::message(part.replace('\n', " "))).collect(),
     }
-    text
 }
 
 /// A property as it was written, or its name.
@@ -49,7 +51,7 @@ pub(super) fn property(subject: &Subject<'_>, at: usize) -> String {
 }
 
 /// The result of a property.
-pub(super) fn said(outcome: &Verdict) -> String {
+pub(super) fn said(outcome: &Verdict) -> Rich {
     match outcome {
         Verdict::Proved { by, states, .. } => {
             let how = match by {
@@ -64,11 +66,15 @@ pub(super) fn said(outcome: &Verdict) -> String {
             } else {
                 String::new()
             };
-            format!("proved {how}{states}")
+            Rich::verdict("proved").and(Rich::plain(format!(" {how}{states}")))
         }
         Verdict::Refuted { row, .. } => {
-            format!("refuted: it is violated in row {row}; `check` prints a stimulus")
+            let row = row.to_string().into();
+            let words = ": it is violated in row {}; `check` prints a stimulus";
+            Rich::verdict("refuted").and(Rich::say(words, [row]))
         }
-        Verdict::Open(why) => format!("open: {}", inline(&why.to_string())),
+        Verdict::Open(why) => {
+            Rich::verdict("open").and(Rich::say(": {}", [why.to_string().into()]))
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Requirement tags: where each occurs in the chart and in the outputs, and the evidence for it.
 
 use super::chip::{Chip, Kind};
-use super::table::Table;
+use super::document::{Block, Rich, Table};
 use super::{Outcome, OutputReport, Subject};
 use grafsynth_ir::logic::{PinOutputId, PinRole};
 use grafsynth_ir::net::{Enter, Meta, Net, PropertyRole, StepId};
@@ -23,22 +23,27 @@ struct Tagged {
     is_emergency: bool,
 }
 
-pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
+/// What has a tag in an output: the output, the place there, and the verdict.
+type Row = (String, String, &'static str);
+
+pub(super) fn write(subject: &Subject<'_>) -> Vec<Block> {
     if subject.is_logic {
-        return None;
+        return Vec::new();
     }
     let tags = tags(subject);
     if tags.is_empty() {
-        return Some("No element of the chart carries a requirement tag (`req \"R1\"` after a step, transition, input, output, emergency or property).".to_owned());
+        let none = "No element of the chart carries a requirement tag (`req \"R1\"` after a step, transition, input, output, emergency or property).";
+        return vec![Block::Paragraph(Rich::say(none, []))];
     }
     let mut table =
         Table::new(["Requirement", "In the chart", "In the output", "Location", "Proved"]);
     for (tag, tagged) in &tags {
         let rows = properties(subject, tagged).into_iter().chain(outputs(subject, tag, tagged));
         let mut head = [tag.clone(), tagged.elements.join(", ")];
-        for [output, place, proved] in rows {
+        for (output, place, proved) in rows {
             let [tag, elements] = std::mem::take(&mut head);
-            table.row([tag, elements, output, place, proved]);
+            table.row([tag, elements, output, place, String::new()]);
+            table.set_last(4, Rich::verdict(proved));
         }
         if !head[0].is_empty() {
             let [tag, elements] = head;
@@ -46,7 +51,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Option<String> {
             table.row([tag, elements, none(), none(), none()]);
         }
     }
-    Some(table.text())
+    vec![Block::Table(table)]
 }
 
 /// All tags, sorted by name, with their objects.
@@ -111,7 +116,7 @@ fn tags(subject: &Subject<'_>) -> BTreeMap<String, Tagged> {
 }
 
 /// A row for each property: where it is checked (the chart), its kind, and its result.
-fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
+fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<Row> {
     let row = |at: &usize| {
         let verdict = subject.properties.iter().find(|verdict| verdict.property == *at);
         let role = subject.net.properties[*at].role;
@@ -125,13 +130,13 @@ fn properties(subject: &Subject<'_>, tagged: &Tagged) -> Vec<[String; 3]> {
             PropertyRole::Assert => "property",
             PropertyRole::Assume => "property of the environment",
         };
-        ["chart".to_owned(), place.to_owned(), proved.to_owned()]
+        ("chart".to_owned(), place.to_owned(), proved)
     };
     tagged.properties.iter().map(row).collect()
 }
 
 /// A row for each output that contains a tag: the equations of chips, and lines of texts. The proof of a chip includes that the emergency dominates.
-fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]> {
+fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<Row> {
     let mut rows = Vec::new();
     for file in &subject.built.files {
         let chip = subject.built.chips.iter().find(|chip| chip.file == file.name);
@@ -167,7 +172,7 @@ fn outputs(subject: &Subject<'_>, tag: &str, tagged: &Tagged) -> Vec<[String; 3]
             Some(Outcome::NotChecked) => "not checked",
             Some(Outcome::Open) | None => "open",
         };
-        rows.push([file.name.clone(), said.join("; "), proved.to_owned()]);
+        rows.push((file.name.clone(), said.join("; "), proved));
     }
     rows
 }

@@ -1,9 +1,10 @@
 //! Pages and drawings of small charts: their contents match the fuses, and every drawing is XML.
 
 use super::chip::{Cell, Chip};
+use super::document::{Block, Document, Section, Table};
 use super::drawing::{Drawing, PinRole, Shape};
 use super::svg::{Anchor, Pen, Svg, width};
-use super::{page, table};
+use super::{markdown, markdown_files, table};
 use crate::pipeline::{self, BuildOptions, Built, OutputFile};
 use crate::source::Sources;
 use crate::target::Target;
@@ -42,7 +43,8 @@ fn built(text: &str, targets: &[Target], options: &BuildOptions) -> (Built, Vec<
     let facts = pipeline::facts(&net, &limits);
     let options = BuildOptions { report: true, prove: true, dont_cares: true, ..options.clone() };
     let built = pipeline::build(&net, &facts, targets, &options);
-    let pages = page(&net, &facts, &built, None, &sources, &limits, &options.stem_for(&net));
+    let report = super::document(&net, &facts, &built, None, &sources, &limits);
+    let pages = markdown_files(&report, &options.stem_for(&net));
     (built, pages)
 }
 
@@ -78,9 +80,18 @@ fn text_is_escaped_and_cut() {
 
 #[test]
 fn wide_letters_take_two_columns_in_tables() {
-    let mut rows = table::Table::new(["Name", "Is"]);
+    let mut rows = Table::new(["Name", "Is"]);
     rows.row(["計器".to_owned(), "a|b".to_owned()]);
-    let text = rows.text();
+    let section = Section {
+        id: "x",
+        output: None,
+        is_part: false,
+        title: "x".to_owned(),
+        blocks: vec![Block::Table(rows)],
+    };
+    let text = markdown(&Document { sections: vec![section], ..Document::default() });
+    let text = text.split_once("\n|").map_or("", |(_, table)| table);
+    let text = format!("|{text}");
     let lengths: Vec<usize> = text.lines().map(table::width).collect();
     assert!(lengths.windows(2).all(|pair| pair[0] == pair[1]), "{text}");
     assert!(text.contains("a\\|b"), "{text}");
@@ -165,7 +176,8 @@ fn odd_labels_stay_on_their_lines() {
     let options = BuildOptions { report: true, ..on("gal22v10") };
     let targets = [Target::Jedec, Target::Logic(Dialect::Verilog)];
     let built = pipeline::build(&net, &facts, &targets, &options);
-    let pages = page(&net, &facts, &built, None, &sources, &limits, &options.stem_for(&net));
+    let report = super::document(&net, &facts, &built, None, &sources, &limits);
+    let pages = markdown_files(&report, &options.stem_for(&net));
     assert_eq!(pages.len(), 3, "{:?}", built.found);
     pages[1..].iter().for_each(|drawing| check_svg(&drawing.text));
     let fences = pages[0].text.lines().filter(|line| line.starts_with("```")).count();

@@ -26,6 +26,19 @@ pub fn print_expr(net: &Net, expr: &Expr) -> String {
     printer.out
 }
 
+/// The text of a condition for readers: like [`print_expr`], with the operands of its edges in place of their numbers (`rise(a)` instead of `rise(%0)`).
+#[must_use]
+pub fn print_condition(net: &Net, expr: &Expr) -> String {
+    let mut text = print_expr(net, expr);
+    let edges: BTreeSet<EdgeId> = expr.leaves().filter_map(Leaf::edge).collect();
+    // From the last one down: `%1` also begins `%10`.
+    for edge in edges.into_iter().rev() {
+        let operand = print_expr(net, &net.edges[edge].expr);
+        text = text.replace(&format!("%{}", edge.index()), &operand);
+    }
+    text
+}
+
 /// Ids that their name does not identify, because an earlier object has the same name: they are written by position.
 #[derive(Default)]
 struct Names {

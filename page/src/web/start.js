@@ -115,4 +115,5 @@ showArea();
 noteCalls();
 draw();
 compareWithReference();
+reopen();
 openLink();

@@ -1,12 +1,14 @@
 //! Each section of `docs/semantics.md` on the smallest net that demonstrates it, with its exact trace.
 
 mod choices;
+mod commands;
 mod directed;
 mod formats;
 mod grafcet;
 mod lasting;
 mod pages;
 mod statechart;
+mod stepper;
 mod timing;
 
 use grafsynth_ir::net::Net;

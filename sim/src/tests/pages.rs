@@ -1,10 +1,10 @@
 //! The page of each code: its example triggers the code.
 //!
-//! An example is a net; its file is in comments after the line `// stimulus`, `// trace` or `// state`.
+//! An example is a net; its file is in comments after the line `// stimulus`, `// trace`, `// state` or `// commands`.
 
 use grafsynth_ir::{Diagnostic, FileId, Valid, text, validate};
 
-use crate::{Clocked, Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
+use crate::{Clocked, Command, Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
 
 macro_rules! pages {
     ($($id:literal)*) => {
@@ -28,6 +28,7 @@ const PAGES: &[(&str, &str)] = pages! {
     "G0513"
     "G0514"
     "G0515"
+    "G0516"
     "G0520"
     "G0521"
     "G0522"
@@ -40,7 +41,7 @@ const PAGES: &[(&str, &str)] = pages! {
 fn example(page: &str) -> (String, String, String) {
     let block = page.split("```").nth(1).unwrap();
     let (_, net) = block.split_once('\n').unwrap();
-    let (kind, place) = ["stimulus", "trace", "state"]
+    let (kind, place) = ["stimulus", "trace", "state", "commands"]
         .into_iter()
         .find_map(|kind| Some((kind, net.find(&format!("// {kind}\n"))?)))
         .unwrap();
@@ -56,6 +57,11 @@ fn found(net: &Valid<grafsynth_ir::net::Net>, kind: &str, file: &str) -> Vec<Dia
     let place = FileId(1);
     match kind {
         "trace" => Trace::parse_csv(&TraceLayout::of(net), place, file).err().unwrap_or_default(),
+        "commands" => file
+            .lines()
+            .filter_map(|line| Command::parse(net, place, 0, line).err())
+            .map(|found| *found)
+            .collect(),
         "state" => Simulator::new(net).restore(file).err().unwrap_or_default(),
         _ => {
             let (stimulus, mut problems) = Stimulus::parse_csv(net, place, file);

@@ -1,4 +1,5 @@
 // Uses pages in a browser as a person does: `node browser.js CHROMIUM`, in a folder with the pages of the tests, prints what was found as JSON.
+const files = require("fs");
 const path = require("path");
 const { Chromium } = require("./chromium.js");
 
@@ -201,8 +202,38 @@ async function hostile(tab) {
     expect(spans, ["initia", "step r", "s -> r", "r -> s"], "elements of the source after signs of several bytes");
 }
 
+// A page that is loaded again has its session, unless it has become the page of a chart with other inputs.
+async function again(tab) {
+    files.copyFileSync("truck.html", "kept.html");
+    const reload = async () => {
+        const loaded = new Promise((resolve) => { tab.loaded = resolve; });
+        await tab.send("Page.reload");
+        await loaded;
+        await tab.value(PICTURE);
+    };
+    await tab.open(address("kept.html"));
+    await reload();
+    expect(await text(tab, "note"), "", "the note of a page without a past");
+    for (const keys of ["1", "12", "23"]) await tab.keys(keys);
+    await tab.key("ArrowLeft");
+    await tab.value(PICTURE);
+    const [clock, active] = [await text(tab, "clock"), await tab.value(ACTIVE)];
+    await reload();
+    expect(await text(tab, "note"), "The 5 reactions from before are here again.", "the note after F5");
+    expect([await text(tab, "clock"), await tab.value(ACTIVE)], [clock, active], "the row after F5");
+    // Opened anew, not loaded again.
+    await tab.open("about:blank");
+    await tab.open(address("kept.html"));
+    expect(await tab.value("session.length"), 0, "reactions of a page that is opened anew");
+    await tab.keys("1");
+    files.copyFileSync("queue.html", "kept.html");
+    await reload();
+    expect(await text(tab, "note"), "The chart has changed, and the inputs from before do not fit it: the page starts again.", "the note of another chart");
+    expect(await tab.value("session.length"), 0, "reactions of another chart");
+}
+
 // Each scenario with its page.
-const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"]];
+const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"], [again, "kept"]];
 
 (async () => {
     const browser = new Chromium(process.argv[2], path.resolve("profile"));
