@@ -49,10 +49,10 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
-    ("code lines of c and backend-c", 29_690),
-    ("code lines of ir", 20_750),
-    ("code lines of driver", 13_210),
-    ("code lines of all crates", 181_700),
+    ("code lines of c and backend-c", 29_700),
+    ("code lines of ir", 20_770),
+    ("code lines of driver", 13_220),
+    ("code lines of all crates", 181_950),
     ("functions above 80 lines", 99),
     ("dependency cycles of files", 0),
     ("lines that list variants", 599),
