@@ -89,7 +89,9 @@ impl Attempt<'_> {
         for (at, (place, extra)) in self.of.hint.extra.iter().enumerate() {
             let question = Question::Extra(at);
             let cell = self.read(memory, INSTANCE, self.structures.instance, place)?;
-            checks.push(Check { question: question.clone(), broken: cell.unset });
+            if cell.unset != Lit::FALSE {
+                checks.push(Check { question: question.clone(), broken: cell.unset });
+            }
             let value = match (&cell.value, extra) {
                 (_, Extra::Written) => continue,
                 (Some(Scalar::Int(value)), _) => value.clone(),
