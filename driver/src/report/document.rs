@@ -1,5 +1,5 @@
-//! A report as data: sections of paragraphs, lists, tables and figures. The writers ([`super::markdown`], [`super::html`], [`super::json`]) decide nothing about
-//! its content, so all forms of a report have the same facts.
+//! A report as data: sections of paragraphs, lists, tables and figures. The writers ([`super::markdown()`], [`super::json()`], and that of HTML in the command line) decide
+//! nothing about its content, so all forms of a report have the same facts.
 
 /// A report.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
