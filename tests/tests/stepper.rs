@@ -33,10 +33,13 @@ fn act(stepper: &mut Stepper<'_>, random: &mut Random) {
             let dt = stepper.to_threshold().unwrap_or(1);
             check_reaction(stepper, dt);
         }
-        2 | 3 => check_reaction(stepper, [0, 1, 2, 3][random.below(4)]),
+        2 | 3 => {
+            let dt = random.pick(&[0, 1, 2, 3]).copied().unwrap_or(1);
+            check_reaction(stepper, dt);
+        }
         _ => {
             if let Some(input) = random.pick(&inputs) {
-                let value = random.below(12) as i64 - 2;
+                let value = random.between(-2, 9);
                 stepper.set(*input, value);
             }
         }
