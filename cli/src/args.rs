@@ -368,7 +368,7 @@ pub(crate) struct Check {
     pub(crate) trace: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) limits: Limits,
-    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. Errors appear at once; checks and proofs follow, and are dropped at the next save.
+    /// Run again whenever the design, or a file that it uses, is saved; stop with Ctrl-C. Errors appear at once; checks and proofs follow, and are dropped at the next save.
     #[arg(long)]
     pub(crate) watch: bool,
 }
@@ -376,9 +376,9 @@ pub(crate) struct Check {
 /// Values of `build --report`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ReportForm {
-    /// One page that is complete in itself
+    /// One self-contained HTML page
     Html,
-    /// A Markdown page, with drawings in files of their own
+    /// A Markdown page, with the drawings in separate files
     Md,
     /// For programs
     Json,
@@ -476,7 +476,7 @@ pub(crate) struct Build {
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension; only the files of an engine are called `grafsynth_*`.
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
-    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. Errors appear at once; proofs follow, and are dropped at the next save. A broken save leaves the last outputs as they are.
+    /// Run again whenever the design, or a file that it uses, is saved; stop with Ctrl-C. Errors appear at once; proofs follow, and the next save cancels them. If the saved design has errors, the last good outputs are kept.
     #[arg(long)]
     pub(crate) watch: bool,
     /// Stimulus for test vectors, the SIMULATION section and the test bench.
@@ -580,8 +580,7 @@ pub(crate) struct Sim {
     pub(crate) random: Option<usize>,
     /// Drive the chart by hand: one reaction at a time, with keys, or with commands on standard input.
     ///
-    /// After each reaction, this shows the active steps, inputs, outputs and variables (`*`: changed), what fired, the timers that run, and what each transition
-    /// waits for. On a terminal, each key is a command; the last line lists them, and each input shows its key. If standard input or output is not a terminal,
+    /// After each reaction, the session shows the active steps, inputs, outputs and variables (`*`: changed), the transitions that fired, the running timers, and what each transition waits for. On a terminal, each key is a command; the last line lists them, and each input shows its key. If standard input or output is not a terminal,
     /// each line contains commands with `;` between them: `NAME` (change a Boolean input, or let an event occur), `NAME=VALUE`, `react [N]`, `micro` (one
     /// micro-step), `next` (a reaction at the next threshold of a timer), `dt TICKS`, `undo [N]`, `restart`, `show`, `help`, `quit`. `#` begins a comment. A wrong
     /// line of a script ends the run with exit code 1, and nothing is written.

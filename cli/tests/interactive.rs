@@ -68,7 +68,7 @@ fn each_line_shows_the_chart_and_what_it_waits_for() {
         "drill: reaction 1, time 100 ms\n  steps     boring calm*\n",
         "motor=1*",
         "stop from boring waits for down or boring.t >= 30",
-        "12 (1.2 s) before each reaction",
+        "12 ticks (1.2 s) before each reaction",
         "drill: reaction 2, time 1.3 s",
         "boring.t = 1.2 s, next threshold in 1.8 s",
         "micro-step 1 of 1\n  steps     boring, calm\n  fires     stop\n",

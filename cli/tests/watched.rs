@@ -127,7 +127,7 @@ fn a_drawing_follows_each_save_and_keeps_the_last_good_picture() {
     // A broken save: the last good picture, with the error above it.
     watcher.save("lamp.graf", &chart("BLUE").replace("when on", "when off"));
     watcher.until("error[");
-    watcher.until_in("lamp.svg", "The last good drawing: lamp.graf has errors");
+    watcher.until_in("lamp.svg", "lamp.graf has errors; this is the last good drawing");
     watcher.until_in("lamp.svg", "unknown");
     let broken = fs::read_to_string(watcher.path("lamp.svg")).expect("it is there");
     assert!(broken.contains("GREEN") && !broken.contains("BLUE"), "{broken}");
@@ -165,7 +165,7 @@ fn a_build_follows_the_files_that_it_depends_on() {
     let library = "library chart blink {\n    input go\n    output x\n    initial step a\n    step b { x }\n    a -> b when go\n    b -> a when not go\n}\n";
     let files = [("lamp.graf", chart.as_str()), ("more.graf", library)];
     let mut watcher = Watcher::start(&["build", "lamp.graf", "--target", "c", "-o", "out"], &files);
-    watcher.until("no errors; running");
+    watcher.until("no errors; running checks and proofs");
     watcher.until("finished with exit code");
     let first = fs::read_to_string(watcher.path("out/lamp.c")).expect("it was written");
     // A library that is broken: nothing is written.
@@ -203,17 +203,17 @@ fn a_save_drops_the_proofs_that_run() {
     let slow = slow();
     let mut watcher =
         Watcher::start(&["check", "lamp.graf", "--effort", "3"], &[("lamp.graf", &slow)]);
-    watcher.until("no errors; running");
+    watcher.until("no errors; running checks and proofs");
     std::thread::sleep(Duration::from_millis(300));
     let since = Instant::now();
     watcher.save("lamp.graf", &chart("R"));
-    watcher.until("dropped, because of a save");
+    watcher.until("run cancelled: a file was saved");
     watcher.until("lamp.graf changed");
     watcher.until("finished with exit code 0");
     assert!(since.elapsed() < Duration::from_secs(20));
     // Ctrl-C in the middle of a proof ends the second process, too; and so does the death of the process that watches.
     watcher.save("lamp.graf", &slow);
-    watcher.until("no errors; running");
+    watcher.until("no errors; running checks and proofs");
     let second = children(watcher.child.id());
     assert_eq!(second.len(), 1);
     watcher.signal("-INT");
@@ -222,7 +222,7 @@ fn a_save_drops_the_proofs_that_run() {
     gone(second[0]);
     let mut watcher =
         Watcher::start(&["check", "lamp.graf", "--effort", "3"], &[("lamp.graf", &slow)]);
-    watcher.until("no errors; running");
+    watcher.until("no errors; running checks and proofs");
     let second = children(watcher.child.id());
     watcher.signal("-KILL");
     gone(second[0]);

@@ -45,11 +45,11 @@ pub enum Command {
 pub const COMMANDS: [(&str, &str, &str); 12] = [
     ("NAME", "", "change a Boolean input; let an event occur in the next reaction"),
     ("NAME=VALUE", "", "set an input"),
-    ("set", "NAME[=VALUE]", "the same, also if the name is a command"),
-    ("react", "[N]", "make one reaction, or N"),
-    ("micro", "", "make a reaction, and show its micro-steps one by one"),
-    ("next", "", "make a reaction at the next threshold of a timer"),
-    ("dt", "TICKS", "set the ticks before each of the next reactions (1 at first)"),
+    ("set", "NAME[=VALUE]", "the same, for an input whose name is also a command"),
+    ("react", "[N]", "run one reaction, or N"),
+    ("micro", "", "run a reaction and show its first micro-step; repeat for the next one"),
+    ("next", "", "run a reaction at the next threshold of a timer"),
+    ("dt", "TICKS", "set the ticks before each following reaction (default: 1)"),
     ("undo", "[N]", "undo the last reaction, or the last N"),
     ("restart", "", "undo all reactions"),
     ("show", "", "show the chart again"),
@@ -133,7 +133,7 @@ impl Words<'_> {
 
     fn surplus(&self, word: &str) -> Diagnostic {
         self.wrong(format!("unexpected text after `{word}`"))
-            .help("write `;` between two commands of one line")
+            .help("separate the commands on a line with `;`")
     }
 
     fn count(&self, text: &str) -> Result<u32, Box<Diagnostic>> {
@@ -141,7 +141,7 @@ impl Words<'_> {
             _ if text.is_empty() => Ok(1),
             Ok(count) if (1..=MOST_REACTIONS).contains(&count) => Ok(count),
             Ok(_) | Err(_) => Err(self
-                .wrong(format!("`{text}` is not a number of reactions"))
+                .wrong(format!("invalid number of reactions: `{text}`"))
                 .help(format!("write a whole number from 1 to {MOST_REACTIONS}"))
                 .into()),
         }
@@ -151,7 +151,7 @@ impl Words<'_> {
         match text.parse::<u32>() {
             Ok(dt) if dt <= MAX_DT => Ok(Command::Dt(dt)),
             Ok(_) | Err(_) => Err(self
-                .wrong(format!("`{text}` is not a number of ticks"))
+                .wrong(format!("invalid number of ticks: `{text}`"))
                 .help(format!("write a whole number from 0 to {MAX_DT}, such as `dt 5`"))
                 .into()),
         }
@@ -176,7 +176,7 @@ impl Words<'_> {
             return match input.ty {
                 Type::Bool => Ok(Command::Toggle(id)),
                 Type::Int { .. } => Err(self
-                    .wrong(format!("`{name}` is a number, and no value is given"))
+                    .wrong(format!("no value for the numeric input `{name}`"))
                     .help(format!("write `{name}=VALUE`"))
                     .into()),
             };

@@ -35,7 +35,7 @@ pub(crate) struct Draw {
     /// Leave parts blank, for exercises.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) blank: Vec<BlankPart>,
-    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. A broken save keeps the last good picture, with the errors above it (not on pages and in PDF files).
+    /// Run again whenever the design, or a file that it uses, is saved; stop with Ctrl-C. If the saved chart has errors, the last good picture stays, with the errors above it (with --page or for a PDF file, the file stays unchanged).
     #[arg(long)]
     pub(crate) watch: bool,
     /// File to write, `.svg` or `.pdf`; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
@@ -87,7 +87,7 @@ pub(crate) struct Page {
     /// Language of the interface when the page is opened; the page has a switch for it. What the author of the chart wrote is never translated.
     #[arg(long, value_enum, default_value = "en")]
     pub(crate) language: PageLanguage,
-    /// Run again whenever the design, or a file that it uses, is saved; Ctrl-C ends. A broken save keeps the last good page.
+    /// Run again whenever the design, or a file that it uses, is saved; stop with Ctrl-C. A broken save keeps the last good page.
     #[arg(long)]
     pub(crate) watch: bool,
     /// Leave the source out: the page otherwise shows it beside the drawing.

@@ -178,7 +178,7 @@ impl<'n> Stepping<'n> {
         let mut lines = view::lines(&self.stepper, self.dt, key);
         if self.dt != 1 {
             let time = view::time(self.net(), i64::from(self.dt));
-            lines.push(format!("  {:<9} {} ({time}) before each reaction", "dt", self.dt));
+            lines.push(format!("  {:<9} {} ticks ({time}) before each reaction", "dt", self.dt));
         }
         lines
     }

@@ -46,7 +46,7 @@ pub(super) fn lines(
         add(
             "note",
             format!(
-                "reaction {broken} violates an assumption: from there on, the chart leaves all values open"
+                "reaction {broken} violates an assumption of the chart: from this reaction on, the chart specifies no values"
             ),
         );
     }
@@ -149,7 +149,9 @@ fn waiting(net: &Net, wait: &Wait) -> String {
     let reasons: Vec<String> = wait.reasons.iter().map(|reason| because(net, reason)).collect();
     let state = match wait.state {
         WaitState::Fires => "fires next".to_owned(),
-        WaitState::Fireable => "is fireable, but something else goes first".to_owned(),
+        WaitState::Fireable => {
+            "could fire, but another transition or a forcing order has priority".to_owned()
+        }
         WaitState::Enabled | WaitState::Near => format!("waits for {}", reasons.join(" and ")),
     };
     format!("{}{from} {state}", transition.name)

@@ -41,7 +41,7 @@ pub(crate) fn again(
     let errors = session.remarks();
     let is_shown = paper(arguments, &output)?.is_none();
     if let Some(picture) = last.as_ref().filter(|_| is_shown) {
-        let title = format!("The last good drawing: {} has errors", arguments.input.file);
+        let title = format!("{} has errors; this is the last good drawing", arguments.input.file);
         products::write_text(session, output, svg(&noticed(picture, &title, &errors)))?;
     }
     Ok(Exit::Errors)

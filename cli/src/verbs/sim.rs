@@ -40,9 +40,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
             }
             session.show(&found);
             if arguments.interactive {
-                return Err(Stop::Input(
-                    "--interactive needs a chart: logic has no steps to show".to_owned(),
-                ));
+                return Err(Stop::Input("--interactive needs a chart, not logic".to_owned()));
             }
             return logic(session, &design, arguments);
         }
@@ -413,14 +411,17 @@ fn check_interactive(session: &Session, arguments: &Sim) -> Result<(), Stop> {
     }
     if session.is_for_machines() {
         return wrong(
-            "--interactive has no form for programs; use --record or --trace for the result",
+            "--interactive supports only the message formats human and short; use --record or --trace to write the result",
         );
     }
     let files = [&arguments.record, &arguments.trace, &arguments.save];
     let mut known: Vec<&std::path::PathBuf> = Vec::new();
     for file in files.into_iter().flatten() {
         if known.contains(&file) {
-            return Err(Stop::Usage(format!("{} would be written twice", file.display())));
+            return Err(Stop::Usage(format!(
+                "{} is the output of two options; give each option its own file",
+                file.display()
+            )));
         }
         known.push(file);
     }

@@ -63,7 +63,7 @@ pub(crate) fn run(cli: &Cli, style: Style) -> Result<Exit, Stop> {
     WATCHES.store(true, Ordering::Relaxed);
     let mut last = Last::default();
     let mut seen = Seen::new(cli.global.source_limit);
-    note(cli, "watching; Ctrl-C ends\n");
+    note(cli, "watching; press Ctrl-C to stop\n");
     loop {
         let listed = listed(cli)?;
         files::touched();
@@ -85,7 +85,10 @@ fn refuse(cli: &Cli) -> Result<(), Stop> {
         cli.global.message_format,
         crate::render::MessageFormat::Human | crate::render::MessageFormat::Short
     ) {
-        return wrong("--watch has no form for programs; omit --message-format".to_owned());
+        return wrong(
+            "--watch supports only the message formats human and short; omit --message-format"
+                .to_owned(),
+        );
     }
     let to_stdout = |path: &Option<std::path::PathBuf>| {
         path.as_deref().is_some_and(|path| path.as_os_str() == "-")
@@ -96,7 +99,7 @@ fn refuse(cli: &Cli) -> Result<(), Stop> {
         _ => false,
     };
     if is_printed {
-        return wrong("--watch writes files: name one with -o FILE".to_owned());
+        return wrong("--watch cannot write to standard output; use -o FILE".to_owned());
     }
     for file in designs(cli) {
         if file == "-" {
@@ -158,7 +161,7 @@ fn round(cli: &Cli, style: Style, last: &mut Last) -> bool {
         _ => readable(cli, &mut session).map(|()| None).unwrap_or_else(|stop| Some(Err(stop))),
     };
     let Some(ended) = ended else {
-        note(cli, "no errors; running\n");
+        note(cli, "no errors; running checks and proofs\n");
         return child::start()
             .map_err(|why| crate::print_error(&format!("grafsynth: {why}\n")))
             .is_ok();
@@ -222,7 +225,7 @@ fn wait(
         };
         let Some(file) = changed else { continue };
         if is_running && child::stop() {
-            note(cli, "dropped, because of a save\n");
+            note(cli, "run cancelled: a file was saved\n");
         }
         note(cli, &format!("\n{file} changed\n"));
         return Ok(());

@@ -32,10 +32,10 @@ fn a_line_is_commands_or_an_error_with_its_place() {
     );
     for (line, place, message) in [
         ("a; reakt 2", 103, "`reakt 2` is neither a command nor an input"),
-        ("react 0", 100, "`0` is not a number of reactions"),
-        ("react -1", 100, "`-1` is not a number of reactions"),
-        ("dt 99999999999", 100, "`99999999999` is not a number of ticks"),
-        ("n", 100, "`n` is a number, and no value is given"),
+        ("react 0", 100, "invalid number of reactions: `0`"),
+        ("react -1", 100, "invalid number of reactions: `-1`"),
+        ("dt 99999999999", 100, "invalid number of ticks: `99999999999`"),
+        ("n", 100, "no value for the numeric input `n`"),
         ("n=10", 100, "invalid value for `n`: `10`"),
         ("n=", 100, "invalid value for `n`: ``"),
         ("=", 100, "`` is neither a command nor an input"),

@@ -228,7 +228,7 @@ async function again(tab) {
     await tab.keys("1");
     files.copyFileSync("queue.html", "kept.html");
     await reload();
-    expect(await text(tab, "note"), "The chart has changed, and the inputs from before do not fit it: the page starts again.", "the note of another chart");
+    expect(await text(tab, "note"), "The chart has changed and no longer accepts the earlier inputs; the session was reset.", "the note of another chart");
     expect(await tab.value(`document.getElementById("scrub").max`), "0", "reactions of another chart");
 }
 

@@ -73,7 +73,7 @@ impl Attempt<'_> {
         }
     }
 
-    /// What the locals say about whether a condition was called; true if none does.
+    /// The literal that a condition was called, from the local that stores it; true if there is no such local.
     fn noted(&mut self, input: InputId, locals: &BTreeMap<Spot, Meaning>, memory: &Memory) -> Lit {
         let hints = &self.of.hint.locals;
         let mut all = Vec::new();

@@ -53,9 +53,9 @@ pub(super) struct Attempt<'a> {
     pub(super) assumed: Vec<Lit>,
     /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
     pub(super) unset: Vec<usize>,
-    /// In a part of a reaction that is not the first one: the conditions that earlier parts called an extern condition.
+    /// After the first part of a reaction: for each extern condition, the literal that an earlier part called it.
     pub(super) asked_before: BTreeMap<InputId, Lit>,
-    /// The conditions that this part of the reaction calls an extern condition.
+    /// For each extern condition, the literal that this part of the reaction calls it.
     pub(super) asked_here: BTreeMap<InputId, Lit>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,

@@ -54,8 +54,8 @@ impl<'u> Program<'u> {
         };
         let at = self.int(index, memory)?.as_constant();
         let at = at.and_then(|at| usize::try_from(at).ok());
-        let at = at.ok_or("a byte at an index that is not known is not supported")?;
-        let bytes = bytes_of(self.unit, id).ok_or("the bytes of an object are not known")?;
+        let at = at.ok_or("reading a byte at a variable index is not supported")?;
+        let bytes = bytes_of(self.unit, id).ok_or("the memory layout of an object is not known")?;
         let Some(parts) = bytes.get(at) else {
             self.oblige(Lit::TRUE, "uses an index outside of its array", place.span);
             return Ok(Some(Int::constant(0)));

@@ -350,7 +350,7 @@ impl<'u> Program<'u> {
             let exits = breaks.iter().chain(&continues).map(|(when, _)| *when);
             let exits = exits.chain(returns.iter().map(|(when, _, _)| *when));
             let left = self.aig.or_all(exits.collect::<Vec<_>>());
-            self.oblige(left, "leaves the reaction too early", stmt.span);
+            self.oblige(left, "returns before the reaction is complete", stmt.span);
             memory = after;
         }
         Ok(memory)

@@ -1,7 +1,7 @@
 //! The gate (`--gate`): `NAME_step` skips a reaction that cannot change anything.
 //!
 //! The proof has two parts. `NAME_reaction` is proved to behave like the net, as `NAME_step` is without a gate, and to leave the members of the gate as they are.
-//! There the mark is any of its values, and the other members have none. Here the rest is proved, with calls of `NAME_reaction` that may change everything but
+//! In that proof the mark is 0, 1 or 2, and the other members are unset. Here the rest is proved, with calls of `NAME_reaction` that may change everything but
 //! these members:
 //!
 //! - `NAME_step` either calls it once, with its own arguments and before it changes anything of the instance but the members of the gate, or changes nothing at all;
@@ -64,7 +64,7 @@ impl Program<'_> {
                     continue;
                 }
                 let kind = kind_at(self.unit, &Type::Struct(id), at);
-                let kind = kind.ok_or("a member that is no number is not supported")?;
+                let kind = kind.ok_or("a member that is not a number is not supported")?;
                 let value = self.any_of(kind);
                 memory.put(object, at, Rc::new(Cell::of(Scalar::Int(value))));
             }
@@ -74,7 +74,7 @@ impl Program<'_> {
         if is_same {
             Ok(None)
         } else {
-            Err("the reaction is called with other arguments than those of the step".to_owned())
+            Err("the step does not pass its own arguments to the reaction".to_owned())
         }
     }
 
@@ -89,7 +89,7 @@ impl Program<'_> {
 }
 
 impl Subject<'_> {
-    /// The end of the name of the function that is a reaction.
+    /// The suffix of the name of the reaction function.
     pub(super) fn reaction(&self) -> &'static str {
         if self.gate().is_some() { "_reaction" } else { "_step" }
     }
@@ -128,7 +128,8 @@ impl Attempt<'_> {
             let (cell, _) = self.cell_of(self.structures.instance, &Place::member(name))?;
             Ok::<usize, String>(cell)
         };
-        let missing = || "the text has no member for the inputs of the gate".to_owned();
+        let missing =
+            || "the instance has no member that stores the inputs for the gate".to_owned();
         let inputs = match &gate.inputs {
             None => None,
             Some(name) => {
@@ -243,7 +244,7 @@ impl Attempt<'_> {
         memory.put(INSTANCE, gate.mark, Rc::new(Cell::of(Scalar::Int(mark))));
         for at in gate.all().into_iter().filter(|at| *at != gate.mark) {
             let kind = kind_at(self.of.unit, &Type::Struct(instance), at);
-            let kind = kind.ok_or("a member of the gate is no number")?;
+            let kind = kind.ok_or("a member of the gate is not a number")?;
             let value = Some(Scalar::Int(self.program.any_of(kind)));
             memory.put(INSTANCE, at, Rc::new(Cell { value, unset, whole: None }));
         }
@@ -350,7 +351,7 @@ impl Attempt<'_> {
         let cell = memory.object(INSTANCE).and_then(|cells| cells.get(gate.mark)).cloned();
         let Some((Some(Scalar::Int(value)), unset)) = cell.map(|it| (it.value.clone(), it.unset))
         else {
-            return Err("the mark of the gate has no value".to_owned());
+            return Err("the gate member of the instance may be unset".to_owned());
         };
         let aig = self.aig();
         let outside = value.outside(aig, 0, 2);

@@ -309,7 +309,7 @@ impl Maker<'_> {
         at.map_or(Lit::FALSE, |at| self.equals(item, at + 1))
     }
 
-    /// Only charts that have ended keep outputs, they are in a final state, and sends that cannot occur do not run.
+    /// Invariants: a chart keeps its outputs only after it has ended, an ended chart is in a final state, and a send that cannot occur is not running.
     fn kept_invariants(&mut self, state: &State) -> Vec<Lit> {
         let net = self.net;
         let possible = self.chart().possible.slots.clone();
