@@ -293,3 +293,80 @@ fn no_mutant_of_a_text_with_options_that_differs_is_proved() {
     let n_proved = proved.iter().filter(|it| **it).count();
     assert!(n_proved * 2 < mutants.len(), "{n_proved} of {}", mutants.len());
 }
+
+/// A statechart in whose text edits can hide behind one value of a number.
+const LEVELS: &str = "chart own {
+    conflict inner-first
+    queue 2
+    event go, back
+    extern condition ready()
+    input level: int 0..60000
+    output lamp
+    initial state rest { entry { raise back } }
+    state run { lamp if level > 100 }
+    state mid
+    rest -> mid on go when ready()
+    mid -> run when ready()
+    run -> rest on back
+}
+";
+
+/// Each edit leaves the right values wherever a check looked for them once: in locals after the last check, in a chart that is stopped, in bytes.
+#[test]
+fn edits_that_show_only_where_no_value_is_expected_are_not_proved() {
+    let end = "        }\n    }\n    out->lamp = self->run";
+    let at_end = |statement: &str, read: &str| {
+        let text =
+            format!("        }}\n        {statement}\n    }}\n    out->lamp = {read} || self->run");
+        vec![(end, text)]
+    };
+    let condition = "&& again; ++round";
+    let again = "&& again || round == 200U; ++round";
+    let mut late = at_end("if (!again && in->level == 31337U) { round = 199U; }", "false");
+    late.push((condition, again.to_owned()));
+    let mut lost = at_end("if (in->level == 31337U) { mine = none; }", "mine.level > 200");
+    lost.push((
+        "bool again = false;",
+        "bool again = false; own_in_t mine = *in; own_in_t none;".to_owned(),
+    ));
+    let mut asked = at_end(
+        "if (asked_ready != 0U && in->level == 31337U) { asked_ready = 2U; }",
+        "asked_ready == 2U",
+    );
+    asked.push(("bool asked_ready = false;", "uint8_t asked_ready = 0U;".to_owned()));
+    let of_levels = vec![
+        at_end("if (!again && in->level == 31337U) { micro_steps = 99; }", "micro_steps == 99U"),
+        at_end("if (!again && in->level == 31337U) { event = 9; }", "event == 9U"),
+        late,
+        lost,
+        asked,
+    ];
+    let react = "dt, own_out_t *out)\n{\n    if ((self->gate != 0U)";
+    let first = |statement: &str| {
+        vec![(
+            react,
+            format!("dt, own_out_t *out)\n{{\n    {statement}\n    if ((self->gate != 0U)"),
+        )]
+    };
+    let bytes = "(const uint8_t *)self == (const uint8_t *)&self->state_idle";
+    let of_pump = vec![
+        first("if (self->intact == 0x5AU) { out->run = true; return; }"),
+        first("if (self->intact == 0x5AU) { self->intact = 0xA5U; }"),
+        vec![("if (changes == 0U)", format!("if (changes == 0U || {bytes})"))],
+    ];
+    let levels = chart("own.graf", LEVELS);
+    let pump = chart("pump.graf", GRAFCET);
+    let bits = Options { style: Style::Bits, ..Options::default() };
+    let both = Options { gate: true, safe_state: true, ..Options::default() };
+    for (net, options, mutants) in [(levels, bits, of_levels), (pump, both, of_pump)] {
+        let package = emitted(&net, options);
+        assert_eq!(proved(&net, &package), Ok(()), "{}", package.files[1].text);
+        let answers = in_parallel(&mutants, |edits| {
+            let edit = |text, (old, new): &(&str, String)| changed(&text, old, new);
+            proved(&net, &edits.iter().fold(package.clone(), edit))
+        });
+        for (edits, answer) in mutants.iter().zip(answers) {
+            assert!(answer.is_err(), "proved: {edits:?}\n{}", package.files[1].text);
+        }
+    }
+}

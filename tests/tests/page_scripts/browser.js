@@ -219,7 +219,7 @@ async function again(tab) {
     await tab.value(PICTURE);
     const [clock, active] = [await text(tab, "clock"), await tab.value(ACTIVE)];
     await reload();
-    expect(await text(tab, "note"), "The 5 reactions from before are here again.", "the note after F5");
+    expect(await text(tab, "note"), "Reactions restored: 5.", "the note after F5");
     expect([await text(tab, "clock"), await tab.value(ACTIVE)], [clock, active], "the row after F5");
     // Opened anew, not loaded again.
     await tab.open("about:blank");

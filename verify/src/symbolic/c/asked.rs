@@ -59,7 +59,10 @@ impl Attempt<'_> {
                 let here = self.asked_here.get(input).copied().unwrap_or(none);
                 let aig = self.aig();
                 let (was_asked, is_noted) = (aig.or(before, here), value.truth(aig));
-                Some(aig.and(was_asked, !is_noted))
+                let is_missing = aig.and(was_asked, !is_noted);
+                // At the next cut it is 0 or 1.
+                let is_other = value.outside(aig, 0, 1);
+                Some(aig.or(is_missing, is_other))
             }
             Carried::Answer(input) => {
                 let noted = self.noted(*input, locals, memory);

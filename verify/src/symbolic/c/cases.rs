@@ -106,6 +106,7 @@ impl Subject<'_> {
                 Question::Active(_)
                     | Question::Var(_)
                     | Question::Stopped(_)
+                    | Question::Extra(_)
                     | Question::Obligation(..)
             )
         };

@@ -550,6 +550,14 @@ impl<'u> Program<'u> {
         for (x, when_x) in a {
             for (y, when_y) in b {
                 let is_same = match (x, y) {
+                    // The first byte of a structure is also that of its first member.
+                    (Pointer::Bytes(..), other) | (other, Pointer::Bytes(..))
+                        if *other != Pointer::Null =>
+                    {
+                        return Err(
+                            "the comparison of pointers to bytes is not supported".to_owned()
+                        );
+                    }
                     (Pointer::To(x, _), Pointer::To(y, _)) => x == y,
                     (x, y) => x == y,
                 };

@@ -213,6 +213,16 @@ impl<'a> Attempt<'a> {
         self.keeps_gate(&after)?;
         let mut changed = BTreeSet::new();
         for ((object, cell), meaning) in &locals {
+            let is_set = |memory: &Memory| {
+                let cells = memory.object(*object);
+                cells.and_then(|cells| cells.get(*cell)).is_some_and(|it| it.unset == Lit::FALSE)
+            };
+            if matches!(meaning, Meaning::Kept(_) | Meaning::Nothing)
+                && is_set(&memory)
+                && !is_set(&after)
+            {
+                return Err("a local may lose its value in the loop".to_owned().into());
+            }
             let Meaning::Kept(value) = meaning else { continue };
             let now = after.object(*object).and_then(|cells| cells.get(*cell));
             if !now
@@ -333,6 +343,10 @@ impl<'a> Attempt<'a> {
             let value = match meaning {
                 Meaning::Kept(_) => continue,
                 Meaning::Counter => Some(Int::Word(count.clone())),
+                // Nothing is proved of it after the last check.
+                Meaning::Hint(at) if !goes_on && !is_read_later(&self.of.hint.locals[*at].1) => {
+                    None
+                }
                 Meaning::Hint(at) => {
                     let what = &self.of.hint.locals[*at].1;
                     let asked = kind.and_then(|kind| self.asked_at_cut(what, kind));
@@ -552,16 +566,14 @@ impl<'a> Attempt<'a> {
             }
             let (question, wanted, matters) = match meaning {
                 Meaning::Counter => {
-                    (Question::Counter(place, *at), Int::Word(count.clone()), goes_on)
+                    (Question::Counter(place, *at), Int::Word(count.clone()), Lit::TRUE)
                 }
                 Meaning::Hint(hint) => {
                     let what = &self.of.hint.locals[*hint].1;
                     let Some(wanted) = self.carried(what) else {
                         return Err("what a local stores is unknown".to_owned());
                     };
-                    let is_read_later =
-                        matches!(what, Carried::Fault | Carried::Again | Carried::HadEnded(_));
-                    let matters = if is_read_later { Lit::TRUE } else { goes_on };
+                    let matters = if is_read_later(what) { Lit::TRUE } else { goes_on };
                     (Question::Local(place, *hint), wanted, matters)
                 }
                 Meaning::Kept(_) | Meaning::Nothing => continue,
@@ -704,4 +716,16 @@ pub(super) fn kind_at(unit: &Unit, ty: &Type, cell: usize) -> Option<IntKind> {
         }
         ty => unit.integer(ty),
     }
+}
+
+/// Whether the text may read such a local after the last check, so that its value there is proved.
+fn is_read_later(what: &Carried) -> bool {
+    matches!(
+        what,
+        Carried::Fault
+            | Carried::Again
+            | Carried::HadEnded(_)
+            | Carried::Asked(_)
+            | Carried::Answer(_)
+    )
 }

@@ -100,8 +100,11 @@ impl Subject<'_> {
 
     /// Proves the rest of `NAME_step`, if there is a gate.
     pub(super) fn prove_gate(self, total: &mut Induction) -> Result<(), String> {
-        if self.gate().is_none() {
-            return Ok(());
+        let Some(gate) = self.gate() else { return Ok(()) };
+        // A reaction that is skipped calls nothing, and compares what it reads.
+        let is_blind = !self.hint.inputs.is_empty() && gate.inputs.is_none();
+        if is_blind || !self.hint.conditions.is_empty() || !self.hint.actions.is_empty() {
+            return Err("a gate cannot skip the reactions of this chart".to_owned());
         }
         let mut attempt = Attempt::new(self, None)?;
         let mut own = Induction::default();
@@ -196,6 +199,7 @@ impl Attempt<'_> {
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let is_closed = self.any_gate(&gate, &mut memory)?;
+        self.any_mark(&mut memory)?;
         let start = memory.clone();
         self.program.replaced = Some(Replaced {
             function,
@@ -249,6 +253,21 @@ impl Attempt<'_> {
             memory.put(INSTANCE, at, Rc::new(Cell { value, unset, whole: None }));
         }
         Ok(two)
+    }
+
+    /// The chart may also be stopped: `NAME_reaction` is proved for that, and what is around it must be right then too.
+    fn any_mark(&mut self, memory: &mut Memory) -> Result<(), String> {
+        let Some((_, place, stopped)) = self.of.mark() else { return Ok(()) };
+        let (cell, _) = self.cell_of(self.structures.instance, place)?;
+        let runs = memory.object(INSTANCE).and_then(|cells| cells.get(cell)).cloned();
+        let Some(Scalar::Int(runs)) = runs.and_then(|it| it.value.clone()) else {
+            return Err(format!("`{}` is not set", place.member));
+        };
+        let is_stopped = self.aig().variable();
+        let stopped = Int::constant(i128::from(stopped));
+        let mark = Int::merge(self.aig(), &[(is_stopped, stopped), (!is_stopped, runs)]);
+        memory.put(INSTANCE, cell, Rc::new(Cell::of(Scalar::Int(mark))));
+        Ok(())
     }
 
     /// The condition that two cells have different values; a cell without a value equals only one without a value.
