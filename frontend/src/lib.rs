@@ -6,6 +6,7 @@
 pub mod board;
 pub mod c;
 pub mod codes;
+mod findings;
 mod from_net;
 pub mod graf;
 pub mod kiss2;

@@ -15,7 +15,7 @@ use super::resolve::{FunctionId, Home, Program, VarId};
 use super::shorten::{self, successors};
 use super::texts::{comment_text, one_line};
 use super::{Calls, library};
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     Block, Chart, DeclarationKind, Design, Expr, Item, Leaf, Macro, MacroStep, Path, Setting,

@@ -12,7 +12,7 @@ use super::texts::{comment_text, hint, one_line};
 use super::types::Type;
 use super::{Group, constant};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::chart::{self, Path};
 use grafsynth_ir::diag::{Diagnostic, nearest};
 use grafsynth_ir::expr::Type as NetType;

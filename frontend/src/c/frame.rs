@@ -8,7 +8,7 @@ use super::texts::comment_text;
 use super::types::{Scalar, Type};
 use super::{ast, constant, initial, lexer};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
     ActionHow, Block, DeclarationKind, Expr, Item, Leaf, MacroStep, Path, Step, StepItem,

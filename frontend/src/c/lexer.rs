@@ -4,7 +4,7 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Span};
 
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// Kinds of tokens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use super::lexer::{self, Kind};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::types::Type;
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::chart::{self, Leaf, Path, StmtKind};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{Name, Span};

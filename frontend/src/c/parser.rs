@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::ast::{Base, Declaration, ExprKind, External, Function, Param, Source, Stmt, StmtKind};
 use super::lexer::{self, Kind, Token};
 use crate::codes;
+use crate::findings::Findings;
 use crate::graf::Limits;
-use crate::graf::parser::Findings;
 
 /// The keywords of C99.
 pub(super) const KEYWORDS: [&str; 37] = [

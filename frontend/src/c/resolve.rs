@@ -13,7 +13,7 @@ use super::ast::{
 use super::sequence;
 use super::types::{self, Scalar, Type, Widths};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::Gather;
 use grafsynth_ir::diag::{Diagnostic, any_error, joined, nearest};
 use grafsynth_ir::{FileId, Name, Span};

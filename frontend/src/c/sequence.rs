@@ -2,7 +2,7 @@
 
 use super::ast::{Expr, ExprKind};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
 use std::collections::BTreeMap;

@@ -8,6 +8,7 @@ use super::numbers::{Numbers, name_of, slice};
 use super::token::{INFIX, Kind, Token};
 use super::{Comment, Limits};
 use crate::codes;
+use crate::findings::Findings;
 
 /// Result of a grammar rule.
 pub(crate) type Parse<T> = Result<T, ErrorReported>;
@@ -32,49 +33,6 @@ pub(crate) const RESERVED: &[&str] = &[
 
 /// Maximum lookahead in tokens.
 const AHEAD: usize = 4;
-
-/// Findings up to a limit, and the number of further ones.
-#[derive(Debug, Default)]
-pub(crate) struct Findings {
-    pub(crate) kept: Vec<Diagnostic>,
-    pub(crate) limit: usize,
-    pub(crate) rest: usize,
-}
-
-impl Findings {
-    /// Keeps or counts a finding. It is built only if it is kept: an invalid file of 60 MB may have millions.
-    pub(crate) fn report(&mut self, make: impl FnOnce() -> Diagnostic) {
-        let finding = self.has_room().then(make);
-        self.keep(finding);
-    }
-
-    // Apart from `report`, which is compiled for each finding.
-    fn has_room(&self) -> bool {
-        self.kept.len() < self.limit
-    }
-
-    fn keep(&mut self, finding: Option<Diagnostic>) {
-        match finding {
-            Some(finding) => self.kept.push(finding),
-            None => self.rest += 1,
-        }
-    }
-
-    /// Returns all findings; if some were only counted, a final one gives their number.
-    pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
-        if self.rest > 0 {
-            let (rest, limit) = (self.rest, self.limit);
-            let noun = if rest == 1 { "finding is" } else { "findings are" };
-            let mut last = Diagnostic::note(codes::MORE, format!("{rest} more {noun} not shown"))
-                .help(format!("fix the first {limit}; the others may be consequences"));
-            if let Some(label) = self.kept.last().and_then(|finding| finding.labels.first()) {
-                last = last.at(label.span, "the last one shown");
-            }
-            self.kept.push(last);
-        }
-        self.kept
-    }
-}
 
 /// Parser of one source.
 pub(crate) struct Parser<'a> {

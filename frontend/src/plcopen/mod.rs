@@ -25,7 +25,7 @@ use grafsynth_ir::FileId;
 use grafsynth_ir::diag::Diagnostic;
 
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use crate::graf::{Limits, Parsed};
 use crate::xml;
 

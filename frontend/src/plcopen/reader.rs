@@ -4,7 +4,7 @@ use grafsynth_ir::diag::{Code, Diagnostic};
 use grafsynth_ir::{FileId, Span};
 use roxmltree::Node;
 
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use crate::st::ast::{Expr, ExprKind, Refusal, Section, Stmt, TypeRef, Var};
 use crate::st::lexer::{Kind, Places};
 use crate::st::parse::Parser;

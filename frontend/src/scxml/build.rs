@@ -17,7 +17,7 @@ use super::names::Names;
 use super::tree::{Act, ActKind, Child, Machine, Role, State, StateKind};
 use super::values::{Data, Kind, Value};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// Maximum number of statements after unrolling all loops of a document.
 const MAX_UNROLLED: usize = 100_000;

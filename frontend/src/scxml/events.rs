@@ -13,7 +13,7 @@ use grafsynth_ir::{Name, Span};
 use super::names::Names;
 use super::tree::{ActKind, Child, Machine};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// Maximum number of matches between descriptors and events.
 const MAX_MATCHES: usize = 200_000;

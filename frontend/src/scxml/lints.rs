@@ -8,7 +8,7 @@ use grafsynth_ir::diag::Diagnostic;
 
 use super::tree::{Child, Machine, State, StateKind};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// Reports all warnings.
 pub(super) fn lints(machine: &Machine, found: &mut Findings) {

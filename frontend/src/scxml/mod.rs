@@ -37,7 +37,7 @@ use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::{FileId, Span};
 
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use crate::graf::{Limits, Parsed};
 use crate::xml;
 

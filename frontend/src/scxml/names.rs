@@ -8,7 +8,7 @@ use grafsynth_ir::{Name, Span};
 
 use super::tree::{Machine, State, StateKind};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// The meaning of an identifier in a document.
 #[derive(Debug, Clone, PartialEq, Eq)]

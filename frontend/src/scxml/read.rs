@@ -18,8 +18,8 @@ use super::tree::{
 };
 use super::{GRAFSYNTH, SCXML, refuse};
 use crate::codes;
+use crate::findings::Findings;
 use crate::graf::Limits;
-use crate::graf::parser::Findings;
 use crate::xml::{self, Mapped};
 
 /// Maximum number of events or targets of one transition.

@@ -19,7 +19,7 @@ use super::names::Names;
 use super::refuse;
 use super::tree::{Act, ActKind, Machine, Role};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 /// The default range of a number.
 const DEFAULT: (i64, i64) = (-32_768, 32_767);

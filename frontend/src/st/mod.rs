@@ -35,7 +35,7 @@ use grafsynth_ir::diag::{Diagnostic, any_error};
 use grafsynth_ir::net::Net;
 
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 use crate::graf::{Limits, Parsed, sorted, too_large};
 use lexer::Places;
 use parse::Parser;

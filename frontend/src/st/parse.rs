@@ -11,7 +11,7 @@ use super::ast::Refusal;
 use super::lexer::{Kind, LexError, Places, Token, Tokens, tokens};
 use super::symbol::{Ident, Symbol, spells};
 use crate::codes;
-use crate::graf::parser::Findings;
+use crate::findings::Findings;
 
 pub(crate) type Parse<T> = Result<T, ErrorReported>;
 

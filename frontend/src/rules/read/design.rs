@@ -17,9 +17,10 @@ use grafsynth_ir::{FileId, Name, Span};
 
 use super::{Rule, Rules};
 use crate::codes;
+use crate::findings::Findings;
 use crate::graf::Limits;
 use crate::graf::numbers::Numbers;
-use crate::graf::parser::{Findings, Parse, Parser, short};
+use crate::graf::parser::{Parse, Parser, short};
 use crate::graf::token::Kind;
 
 /// The contents of the option lines.

@@ -12,8 +12,8 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::{FileId, Span};
 
 use super::types::{INTEGERS, WIDEST};
+use crate::findings::Findings;
 use crate::graf::Limits;
-use crate::graf::parser::Findings;
 use crate::st::ast::{Expr, ExprKind, Init, Pou, TypeKind, Var};
 use crate::st::lexer::Places;
 use crate::st::parse::Parser;
