@@ -334,7 +334,19 @@ fn edits_that_show_only_where_no_value_is_expected_are_not_proved() {
         "asked_ready == 2U",
     );
     asked.push(("bool asked_ready = false;", "uint8_t asked_ready = 0U;".to_owned()));
+    let lost_in_condition = vec![
+        (condition, "&& (in->level == 31337U ? (mine = none, again) : again); ++round".to_owned()),
+        lost[1].clone(),
+        ("out->lamp = self->run", "out->lamp = mine.level > 200 || self->run".to_owned()),
+    ];
+    let ended_object = vec![
+        ("uint8_t round = 0;", "uint8_t round = (uint8_t)((p = &round), 0);".to_owned()),
+        ("bool again = false;", "bool again = false; const uint8_t *p = 0;".to_owned()),
+        ("out->lamp = self->run", "out->lamp = *p == 77U || self->run".to_owned()),
+    ];
     let of_levels = vec![
+        lost_in_condition,
+        ended_object,
         at_end("if (!again && in->level == 31337U) { micro_steps = 99; }", "micro_steps == 99U"),
         at_end("if (!again && in->level == 31337U) { event = 9; }", "event == 9U"),
         late,

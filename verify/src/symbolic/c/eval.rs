@@ -213,6 +213,17 @@ impl<'u> Program<'u> {
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
                 self.oblige(cell.unset, "reads a value that was never set", expr.span);
+                if let Some(Scalar::Pointer(cases)) = &cell.value {
+                    // The value of a pointer ends with its object (C99 6.2.4).
+                    for (pointer, when) in cases {
+                        if let Pointer::To(Address { object: Object::Changing(number), .. }, _) =
+                            pointer
+                            && memory.object(*number).is_none()
+                        {
+                            self.oblige(*when, "uses a null or dangling pointer", expr.span);
+                        }
+                    }
+                }
                 // If the cell was never set, the obligation fails.
                 Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
             }

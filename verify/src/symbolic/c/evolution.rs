@@ -72,6 +72,8 @@ struct AtCut {
     locals: BTreeMap<Spot, Meaning>,
     /// The number of checks so far.
     count: Number,
+    /// The first object of the loop itself.
+    first: usize,
 }
 
 /// Why a part is not proved.
@@ -197,7 +199,9 @@ impl<'a> Attempt<'a> {
 
     /// The checks of one round of the loop.
     fn check(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, Failed> {
-        let AtCut { mut memory, locals, count } = self.at_cut(cut, true, varies)?;
+        let AtCut { mut memory, locals, count, .. } = self.at_cut(cut, true, varies)?;
+        // The condition is part of the round.
+        let begin = memory.clone();
         let goes_on = self.program.truth(cut.condition, &mut memory)?;
         let mut checks = vec![Check { question: Question::GoesOn(Place::Check), broken: !goes_on }];
         let mut inner = memory.clone();
@@ -209,7 +213,7 @@ impl<'a> Attempt<'a> {
             }
             Ok(after)
         })?;
-        self.is_kept(&after, &memory)?;
+        self.is_kept(&after, &begin)?;
         self.keeps_gate(&after)?;
         let mut changed = BTreeSet::new();
         for ((object, cell), meaning) in &locals {
@@ -218,7 +222,7 @@ impl<'a> Attempt<'a> {
                 cells.and_then(|cells| cells.get(*cell)).is_some_and(|it| it.unset == Lit::FALSE)
             };
             if matches!(meaning, Meaning::Kept(_) | Meaning::Nothing)
-                && is_set(&memory)
+                && is_set(&begin)
                 && !is_set(&after)
             {
                 return Err("a local may lose its value in the loop".to_owned().into());
@@ -252,11 +256,13 @@ impl<'a> Attempt<'a> {
 
     /// The checks of the part after the loop.
     fn end(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, String> {
-        let AtCut { mut memory, .. } = self.at_cut(cut, false, varies)?;
+        let AtCut { mut memory, first, .. } = self.at_cut(cut, false, varies)?;
+        let start = memory.clone();
         let goes_on = self.program.truth(cut.condition, &mut memory)?;
         let mut checks = vec![Check { question: Question::GoesOn(Place::End), broken: goes_on }];
+        self.is_kept(&memory, &start)?;
         self.program.assume(cut.condition, false, &mut memory);
-        let start = memory.clone();
+        memory.end(first);
         let memory = self.program.straight(cut.after, memory)?;
         self.keeps_gate(&memory)?;
         if !memory.is_unchanged(&start, INPUTS) {
@@ -365,7 +371,7 @@ impl<'a> Attempt<'a> {
             let new = if has_value { Rc::new(new) } else { Rc::new(Cell::UNSET) };
             memory.put(*object, *cell, new);
         }
-        Ok(AtCut { memory, locals, count })
+        Ok(AtCut { memory, locals, count, first })
     }
 
     /// Gives the members of the instance the values that they have within an evolution, or any value if they have no meaning there.
@@ -516,14 +522,17 @@ impl<'a> Attempt<'a> {
         let mut checks = Vec::new();
         for (at, (member, holds)) in self.of.hint.state.iter().enumerate() {
             let question = Question::Within(place, at);
-            if matches!(holds, Holds::Piece(Origin::Fault, _)) {
-                continue;
-            }
             let cell = self.read(memory, INSTANCE, self.structures.instance, member)?;
             let Some(Scalar::Int(value)) = &cell.value else {
                 return Err(format!("`{}` has no value", member.member));
             };
-            checks.push(Check { question: question.clone(), broken: cell.unset });
+            let is_fault = matches!(holds, Holds::Piece(Origin::Fault, _));
+            if !is_fault || cell.unset != Lit::FALSE {
+                checks.push(Check { question: question.clone(), broken: cell.unset });
+            }
+            if is_fault {
+                continue;
+            }
             if let Some((wanted, used)) = self.value_within(state, at) {
                 let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
                 let broken = self.aig().and(used, differ);
@@ -583,8 +592,9 @@ impl<'a> Attempt<'a> {
                 return Err("a local without a value at the start of the loop".to_owned());
             };
             let differ = compare(self.aig(), CompareOp::Ne, value, &wanted);
-            let broken = self.aig().or(differ, cell.unset);
-            let broken = self.aig().and(broken, matters);
+            let broken = self.aig().and(differ, matters);
+            // After the last check it may be any number, but it is one.
+            let broken = self.aig().or(broken, cell.unset);
             checks.push(Check { question, broken });
         }
         Ok(checks)
