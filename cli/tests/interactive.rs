@@ -1,4 +1,4 @@
-//! `sim --interactive`, driven by lines: what it shows, what it records, and how it ends.
+//! `sim --interactive` with commands on standard input: output, recording, exit codes.
 
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
 

@@ -18,7 +18,7 @@ fn chart(output: &str) -> String {
     )
 }
 
-/// A process that watches, with what it has said so far.
+/// A process started with `--watch`, and its output so far.
 struct Watcher {
     child: Child,
     said: Arc<Mutex<String>>,
@@ -59,7 +59,7 @@ impl Watcher {
         fs::write(self.path(name), text).expect("it is written");
     }
 
-    /// Waits until it says a text, after what it was waited for before.
+    /// Waits until the output contains this text after the text of the last call.
     fn until(&mut self, text: &str) {
         let since = Instant::now();
         loop {

@@ -8,7 +8,7 @@ use crate::reaction::{Trigger, value_of};
 use crate::row::InputRow;
 use crate::simulator::Simulator;
 
-/// A transition of which at least one preceding step is active, and what it waits for.
+/// What a transition waits for; at least one of its preceding steps is active.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wait {
     /// The transition, or a reaction of a statechart.

@@ -1,4 +1,4 @@
-//! A session of `sim --interactive` on random nets: however often it goes back, its recording replays to its trace, and what it says about the next reaction is true.
+//! Random sessions of the stepper on random nets, with undo: the recording replays to the same trace, and the predicted transitions are those that fire.
 
 use grafsynth_ir::net::{Policy, StepId, TransitionId};
 use grafsynth_ir::random::Random;
@@ -46,7 +46,7 @@ fn act(stepper: &mut Stepper<'_>, random: &mut Random) {
     }
 }
 
-/// Makes a reaction. What fires first is what was said to be fireable; for the policy that lets everything fire, it is all of it.
+/// Runs a reaction and checks that the transitions of its first micro-step were predicted. With the policy `all`, every predicted transition must fire.
 fn check_reaction(stepper: &mut Stepper<'_>, dt: u32) {
     let waits = stepper.waits(dt);
     let before: Vec<StepId> = stepper.simulator().state().situation().iter().collect();

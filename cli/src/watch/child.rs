@@ -12,7 +12,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// The variable that tells the second process what it is.
+/// The environment variable that marks the second process.
 const MARK: &str = "GRAFSYNTH_WATCHED";
 /// How long the second process may take to end.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -28,7 +28,7 @@ fn drill() -> Valid<Net> {
     )
 }
 
-/// Each transition with what it waits for, as text.
+/// For each transition, its name and what it waits for, as text.
 fn waits(stepper: &Stepper<'_>, dt: u32) -> Vec<String> {
     let net = stepper.simulator().net();
     let said = |reason: &Reason| match reason {

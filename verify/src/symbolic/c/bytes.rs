@@ -16,7 +16,7 @@ use crate::symbolic::number::Number;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Part {
     cell: usize,
-    /// The first bit of the cell, and the bit of the byte where it is.
+    /// The first bit of the cell, and its position in the byte.
     from: u32,
     to: u32,
     n_bits: u32,

@@ -213,17 +213,7 @@ impl<'u> Program<'u> {
                 let from = self.addresses(place, memory)?;
                 let cell = self.cell(&from, memory)?;
                 self.oblige(cell.unset, "reads a value that was never set", expr.span);
-                if let Some(Scalar::Pointer(cases)) = &cell.value {
-                    // The value of a pointer ends with its object (C99 6.2.4).
-                    for (pointer, when) in cases {
-                        if let Pointer::To(Address { object: Object::Changing(number), .. }, _) =
-                            pointer
-                            && memory.object(*number).is_none()
-                        {
-                            self.oblige(*when, "uses a null or dangling pointer", expr.span);
-                        }
-                    }
-                }
+                self.is_alive(cell.value.as_ref(), memory, expr.span);
                 // If the cell was never set, the obligation fails.
                 Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
             }
@@ -548,39 +538,6 @@ impl<'u> Program<'u> {
         self.fitted(exact, kind, loc)
     }
 
-    fn same_pointer(&mut self, op: BinaryOp, a: &Scalar, b: &Scalar) -> Done<Int> {
-        let (Scalar::Pointer(a), Scalar::Pointer(b)) = (a, b) else {
-            return Err("the comparison of a pointer with a number is not supported".to_owned());
-        };
-        let is_equal = match op {
-            BinaryOp::Eq => true,
-            BinaryOp::Ne => false,
-            _ => return Err("arithmetic on pointers is not supported".to_owned()),
-        };
-        let mut ways = Vec::new();
-        for (x, when_x) in a {
-            for (y, when_y) in b {
-                let is_same = match (x, y) {
-                    // The first byte of a structure is also that of its first member.
-                    (Pointer::Bytes(..), other) | (other, Pointer::Bytes(..))
-                        if *other != Pointer::Null =>
-                    {
-                        return Err(
-                            "the comparison of pointers to bytes is not supported".to_owned()
-                        );
-                    }
-                    (Pointer::To(x, _), Pointer::To(y, _)) => x == y,
-                    (x, y) => x == y,
-                };
-                if is_same {
-                    ways.push(self.aig.and(*when_x, *when_y));
-                }
-            }
-        }
-        let equal = self.aig.or_all(ways);
-        Ok(Int::Bit(equal.negate_if(!is_equal)))
-    }
-
     /// A value converted to another type (C99 6.3).
     fn converted(&mut self, value: Scalar, from: &Type, to: &Type) -> Done<Scalar> {
         if let Some(kind) = self.unit.integer(to) {
@@ -739,35 +696,6 @@ impl<'u> Program<'u> {
                 self.elements(&from, &index, size, place.span)
             }
             PlaceKind::Deref(pointer) => self.targets(pointer, memory, place.span),
-        }
-    }
-
-    /// The targets of a pointer, each with the number of cells that can be reached from there.
-    fn targets(
-        &mut self,
-        pointer: &'u Expr,
-        memory: &mut Memory,
-        loc: Loc,
-    ) -> Done<Vec<(Address, usize, Lit)>> {
-        let Scalar::Pointer(cases) = self.scalar(pointer, memory)? else {
-            return Err("a number used as a pointer is not supported".to_owned());
-        };
-        let mut all = Vec::new();
-        for (pointer, when) in cases {
-            match pointer {
-                Pointer::To(address, extent) => all.push((address, extent, when)),
-                Pointer::Null | Pointer::Function(_) => {
-                    self.oblige(when, "uses a null or dangling pointer", loc);
-                }
-                Pointer::Bytes(..) => {
-                    return Err("this use of the bytes of an object is not supported".to_owned());
-                }
-            }
-        }
-        if all.is_empty() {
-            Err("a pointer is always null or dangling".to_owned())
-        } else {
-            Ok(all)
         }
     }
 

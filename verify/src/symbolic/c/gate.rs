@@ -255,7 +255,7 @@ impl Attempt<'_> {
         Ok(two)
     }
 
-    /// The chart may also be stopped: `NAME_reaction` is proved for that, and what is around it must be right then too.
+    /// Makes the chart possibly stopped: the code around `NAME_reaction` must be right for a stopped chart too.
     fn any_mark(&mut self, memory: &mut Memory) -> Result<(), String> {
         let Some((_, place, stopped)) = self.of.mark() else { return Ok(()) };
         let (cell, _) = self.cell_of(self.structures.instance, place)?;

@@ -23,6 +23,7 @@ mod interface;
 mod memory;
 mod merged;
 mod net_values;
+mod pointers;
 mod question;
 mod relation;
 mod run;

@@ -1,5 +1,5 @@
-//! Events that can wait in a queue, and sends that can run: an event that nothing raises or sends never triggers a transition, so what the transitions that
-//! wait for it would raise and send never happens either. A program may leave all this out. That it never happens is proved check by check.
+//! Events and sends that can occur. An event that nothing raises or sends triggers no transition; so the events and sends of the transitions that need it do
+//! not occur either, unless something else causes them. A program may leave all of these out. The proof shows at each check that they do not occur.
 
 use std::collections::BTreeSet;
 
