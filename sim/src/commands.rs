@@ -10,6 +10,7 @@ use grafsynth_ir::{Diagnostic, FileId, Span};
 use crate::codes;
 use crate::row::has_column;
 use crate::stimulus::MAX_DT;
+use crate::stimulus::full_name;
 
 /// The largest number of reactions that one command makes or undoes.
 const MOST_REACTIONS: u32 = 1_000_000;
@@ -163,7 +164,8 @@ impl Words<'_> {
             Some((name, value)) => (name.trim(), Some(value.trim())),
             None => (text, None),
         };
-        let Some((id, input)) = self.net.inputs.iter().find(|(_, it)| it.name.text == name) else {
+        let of_name = |name: &str| self.net.inputs.iter().find(|(_, it)| it.name.text == name);
+        let Some((id, input)) = of_name(name).or_else(|| of_name(self.unique(name)?)) else {
             return Err(self.unknown(name).into());
         };
         if input.kind == InputKind::InternalEvent {
@@ -189,6 +191,13 @@ impl Words<'_> {
                 .help(format!("write a whole number from {lo} to {hi}"))
                 .into()),
         }
+    }
+
+    /// The full name of an input that only this one short name can mean, as in the header of a stimulus.
+    fn unique<'s>(&'s self, short: &'s str) -> Option<&'s str> {
+        let inputs = self.net.inputs.values().filter(|input| has_column(input.kind));
+        let names: Vec<&str> = inputs.map(|input| input.name.text.as_str()).collect();
+        full_name(short, &names).ok()
     }
 
     fn unknown(&self, name: &str) -> Diagnostic {

@@ -223,7 +223,7 @@ fn other_separator<'n>(
 ///
 /// # Errors
 /// The names that `short` could mean, if there are several.
-fn full_name<'n>(short: &'n str, full: &[&'n str]) -> Result<&'n str, Vec<&'n str>> {
+pub(crate) fn full_name<'n>(short: &'n str, full: &[&'n str]) -> Result<&'n str, Vec<&'n str>> {
     let is_meant = |name: &&str| {
         let prefix = name.strip_suffix(short).and_then(|prefix| prefix.strip_suffix('.'));
         !short.is_empty() && prefix.is_some_and(|prefix| !prefix.is_empty())

@@ -52,3 +52,17 @@ fn a_line_is_commands_or_an_error_with_its_place() {
         );
     }
 }
+
+#[test]
+fn a_short_name_is_enough_if_only_one_input_has_it() {
+    let inputs = "input a.x bool\ninput a.go bool\ninput b.x bool\nstep p1 in g initial";
+    let net = net("", inputs);
+    let parse = |line: &str| {
+        let parsed = Command::parse(&net, FileId(0), 0, line);
+        parsed.map(|all| all.into_iter().map(|(command, _)| command).collect::<Vec<_>>())
+    };
+    assert_eq!(parse("go; b.x"), parse("a.go; b.x"));
+    assert_eq!(parse("go"), Ok(vec![Command::Toggle(InputId::from_index(1))]));
+    let found = parse("x").unwrap_err();
+    assert_eq!(found.message, "`x` is neither a command nor an input");
+}
