@@ -14,6 +14,9 @@ use grafsynth_ir::{Span, Valid};
 /// The partitions that are built to improve on the first one that fits.
 pub(crate) const FITS: usize = 8;
 
+/// The compilers for microcontrollers decide whether a part fits the memory of its CPU.
+pub(crate) const COMPILE: Option<split::Compile> = Some(grafsynth_engines::memory::sizes);
+
 /// A partition file with its path, for messages.
 #[derive(Clone, Copy)]
 pub(crate) struct Written<'a> {
@@ -52,6 +55,7 @@ pub(crate) fn engine(
         fits: FITS,
         stem: &stem,
         options: &options,
+        compile: COMPILE,
     };
     let engine = split::split(net, &request)
         .and_then(|split| SplitEngine::new(net, split, &parts, &stem, of_cpu));

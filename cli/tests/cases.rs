@@ -60,6 +60,22 @@ fn check(case: &Case) -> Result<(), Failed> {
     Err(format!("GRAFSYNTH_BLESS=1 accepts the new output:\n{diff}").into())
 }
 
+/// Sizes of compiled C depend on the compiler, and on whether it is installed: a line with such sizes has `N` for each number and for their source.
+fn without_sizes(line: &str) -> String {
+    let source = |line: &str| {
+        let start = line.find("(compiled with ").or_else(|| line.find("(estimated)"))?;
+        Some(start..start + line[start..].find(')')? + 1)
+    };
+    let Some(range) = source(line) else { return line.to_owned() };
+    let mut line = line.to_owned();
+    line.replace_range(range, "N");
+    let word = |word: &str| {
+        if !word.is_empty() && word.chars().all(|c| c.is_ascii_digit()) { "N" } else { word }
+            .to_owned()
+    };
+    line.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
 /// Everything that the command of a case prints and writes.
 fn run(case: &Case) -> Result<String, Failed> {
     let out = tempfile::tempdir()?;
@@ -77,7 +93,10 @@ fn run(case: &Case) -> Result<String, Failed> {
         .env_remove("RUST_BACKTRACE")
         .output()?;
     let mut text = String::new();
-    let clean = |bytes: &[u8]| String::from_utf8_lossy(bytes).replace(&out_path, "{out}");
+    let clean = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes).replace(&out_path, "{out}");
+        text.lines().map(without_sizes).collect::<Vec<_>>().join("\n")
+    };
     let code = output.status.code().map_or_else(|| "a signal".to_owned(), |code| code.to_string());
     writeln!(text, "exit {code}")?;
     for (title, bytes) in [("stdout", &output.stdout), ("stderr", &output.stderr)] {

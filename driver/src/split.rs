@@ -11,12 +11,14 @@
 mod explore;
 mod file;
 mod link;
+mod memory;
 mod search;
 mod table;
 
 pub use explore::{Costs, costs};
 pub use file::{Written, read, write};
 pub use link::{Linked, Round, link, link_on_host, rounded};
+pub use memory::{Compile, Memory, Program, Sizes};
 pub use table::table;
 
 use crate::codes;
@@ -30,7 +32,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_split::codes::APART;
-pub use grafsynth_split::cpu::CPUS;
+pub use grafsynth_split::cpu::{CPUS, Cpu};
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
 use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
@@ -97,6 +99,8 @@ pub struct Request<'a> {
     pub stem: &'a FileStem,
     /// The options of the builds of the parts.
     pub options: &'a BuildOptions,
+    /// How the part on the CPU is compiled, to know how much memory it needs; `None` for estimates.
+    pub compile: Option<Compile>,
 }
 
 /// One part with its outputs.
@@ -127,8 +131,10 @@ pub struct Split {
     pub parts: Vec<BuiltPart>,
     /// Whether the parts, joined by their wires, are the net.
     pub joined: Verdict<Joined, Apart>,
-    /// The number of partitions that were built and in which a part did not fit its chip.
+    /// The number of partitions that were built and in which a part did not fit its device.
     pub unfit: usize,
+    /// The memories that the part on the CPU needs, or the reason why they are not known.
+    pub memory: Result<Memory, String>,
 }
 
 impl Split {
@@ -158,7 +164,7 @@ impl Split {
 /// Unsupported features; contradictory places or constraints; errors in the build of a part, except that it does not fit.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
     let groups = together(net)?;
-    let Fitted { partition, value, bound, division, chips, unfit } =
+    let Fitted { partition, value, bound, division, chips, unfit, memory } =
         search::search(net, &groups, request)?;
     let mut parts = chips;
     if let (Some(part), Some(requested)) = (division.parts.last(), request.parts.last()) {
@@ -176,7 +182,7 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     });
     let known = RoundFacts { facts: &facts, ends };
     let joined = joined(net, known, &division, one_tick, limits);
-    Ok(Split { groups, partition, value, bound, division, parts, joined, unfit })
+    Ok(Split { groups, partition, value, bound, division, parts, joined, unfit, memory })
 }
 
 /// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.
@@ -194,7 +200,9 @@ pub fn has_time(net: &Net) -> bool {
 fn spec(part: &RequestedPart) -> PartSpec {
     let name = part.name.clone();
     match part.device {
-        PartDevice::Cpu(_) => PartSpec { name, is_chip: false, cells: None, pins: None },
+        PartDevice::Cpu(_) => {
+            PartSpec { name, is_chip: false, cells: None, pins: None, memory: [None; 2] }
+        }
         PartDevice::Chip(device) => {
             let pins = device.inputs.len() + device.macrocells.len();
             PartSpec {
@@ -202,6 +210,7 @@ fn spec(part: &RequestedPart) -> PartSpec {
                 is_chip: true,
                 cells: Some(device.n_cells() as u64),
                 pins: device.blocks.is_none().then_some(pins as u64),
+                memory: [None; 2],
             }
         }
     }
@@ -280,7 +289,7 @@ fn unplaced(
                 );
             }
             let found = Diagnostic::error(codes::NO_PARTITION, message)
-                .help("use a larger chip, place fewer objects on it, or add a part");
+                .help("use larger devices, place fewer objects on the one that is too small, or add a part");
             let placed = conflict.fights.iter().filter_map(|fight| match fight.constraint {
                 Constraint::Allowed { node } => place_of(groups, request, node),
                 _ => None,
@@ -322,7 +331,9 @@ fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict
         .fights
         .iter()
         .map(|fight| match fight.constraint {
-            Constraint::Capacity { part: at, .. } => amount(at, "macrocells", fight),
+            Constraint::Capacity { part: at, resource: 0 } => amount(at, "macrocells", fight),
+            // What is left after a build, by estimate; the finding of that build has the numbers.
+            Constraint::Capacity { part: at, .. } => format!("the memory of `{}`", part(at)),
             Constraint::Pins { part: at } => amount(at, "pins", fight),
             Constraint::Allowed { node } => match groups.cpu_only.get(&node) {
                 Some((item, why)) => format!("{} needs the CPU: {why}", item.describe(net)),
@@ -334,7 +345,7 @@ fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict
                 ),
             },
             Constraint::Together { .. } => "objects that must be on the same part".to_owned(),
-            Constraint::Forbidden { .. } => "a set of objects did not fit its chip".to_owned(),
+            Constraint::Forbidden { .. } => "a set of objects did not fit its part".to_owned(),
         })
         .collect()
 }

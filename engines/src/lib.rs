@@ -26,6 +26,7 @@ pub mod ice40;
 mod interpreted;
 mod js;
 pub mod measure;
+pub mod memory;
 pub mod scratch;
 mod simavr;
 mod split;

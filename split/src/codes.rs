@@ -8,6 +8,8 @@ pub const UNSUPPORTED: Code = Code { id: "G1001", title: "chart that cannot be s
 pub const APART: Code = Code { id: "G1002", title: "objects that cannot be separated" };
 /// A transition does not meet its deadline, or it is open whether it does.
 pub const DEADLINE: Code = Code { id: "G1003", title: "missed deadline" };
+/// The part on the CPU needs more flash or RAM than the CPU has.
+pub const MEMORY: Code = Code { id: "G1004", title: "too little memory on the CPU" };
 
 /// The request for a link does not match the parts, the chips or the CPU.
 pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
@@ -15,4 +17,4 @@ pub const LINK: Code = Code { id: "G1010", title: "link that cannot be wired" };
 pub const PINS: Code = Code { id: "G1011", title: "too few pins on the CPU" };
 
 /// All codes of this crate.
-pub const ALL: &[Code] = &[UNSUPPORTED, APART, DEADLINE, LINK, PINS];
+pub const ALL: &[Code] = &[UNSUPPORTED, APART, DEADLINE, MEMORY, LINK, PINS];

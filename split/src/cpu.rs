@@ -40,6 +40,25 @@ pub struct LinkCycles {
     pub wait: u32,
 }
 
+/// The bytes of a link and of the smallest program around it, for an estimate without a compiler.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LinkBytes {
+    /// Flash of the interrupt vectors, the start-up code and a `main` that only calls the link.
+    pub program: u32,
+    /// Flash of one act of a round, with the initialisation of its pin.
+    pub act: u32,
+    /// Flash of all waits.
+    pub waits: u32,
+    /// Stack of `main` and of the function for a round: return addresses and saved registers.
+    pub stack: u32,
+}
+
+/// From the truck, line and launcher examples with avr-gcc 5.4 `-Os`, with a margin.
+const AVR_BYTES: Option<LinkBytes> =
+    Some(LinkBytes { program: 190, act: 18, waits: 130, stack: 24 });
+/// From the same examples with arm-none-eabi-gcc 12.2 `-Os`, with a margin.
+const CORTEX_M3_BYTES: Option<LinkBytes> =
+    Some(LinkBytes { program: 120, act: 40, waits: 110, stack: 56 });
 /// 18 registers of an AVR, pushed and popped; a pin by `in`, `ori`, `out` after a test.
 const AVR_LINK: Option<LinkCycles> = Some(LinkCycles { call: 100, act: 14, wait: 32 });
 /// 9 registers of a Cortex-M3; a pin by two loads and a store, with the wait states of the flash.
@@ -70,6 +89,8 @@ pub struct Cpu {
     pub machine: &'static str,
     /// What the link itself takes in a round; `None` if no time can be stated.
     pub link_cycles: Option<LinkCycles>,
+    /// What the link itself takes of the memories, as an estimate; `None` if only a compiler knows: the cost model of an 8051 assumes external RAM.
+    pub link_bytes: Option<LinkBytes>,
     /// How its pins are accessed.
     pub family: Family,
     /// The resistor, in ohms, that pulls a pin to a level while the CPU is in reset.
@@ -145,6 +166,7 @@ const ATMEGA328P: Cpu = Cpu {
     supply: "4.5 to 5.5 V",
     machine: "avr",
     link_cycles: AVR_LINK,
+    link_bytes: AVR_BYTES,
     family: Family::Avr,
     pull_ohms: 10_000,
     source: "memory sizes: avr-libc iom328p.h; pins and frequency: not verified",
@@ -163,9 +185,45 @@ const ATTINY85: Cpu = Cpu {
     supply: "4.5 to 5.5 V",
     machine: "avr",
     link_cycles: AVR_LINK,
+    link_bytes: AVR_BYTES,
     family: Family::Avr,
     pull_ohms: 10_000,
     source: "memory sizes: avr-libc iotn85.h; pins and frequency: not verified",
+};
+
+/// `ATtiny2313` in the 20-pin DIP. PA2 is reset, and PA0 and PA1 are the crystal. The serial port (PD0, PD1) and the pins of the programmer (PB5 to PB7) are last.
+const ATTINY2313: Cpu = Cpu {
+    name: "attiny2313",
+    package: "DIP-20",
+    n_pins: 20,
+    flash: 2048,
+    ram: 128,
+    pins: &[
+        pin('B', 0, 12),
+        pin('B', 1, 13),
+        pin('B', 2, 14),
+        pin('B', 3, 15),
+        pin('B', 4, 16),
+        pin('D', 2, 6),
+        pin('D', 3, 7),
+        pin('D', 4, 8),
+        pin('D', 5, 9),
+        pin('D', 6, 11),
+        pin('B', 5, 17),
+        pin('B', 6, 18),
+        pin('B', 7, 19),
+        pin('D', 0, 2),
+        pin('D', 1, 3),
+    ],
+    clock_hz: 20_000_000,
+    clocks_per_cycle: 1,
+    supply: "4.5 to 5.5 V",
+    machine: "avr",
+    link_cycles: AVR_LINK,
+    link_bytes: AVR_BYTES,
+    family: Family::Avr,
+    pull_ohms: 10_000,
+    source: "memory sizes: avr-libc iotn2313.h; pins and frequency: not verified",
 };
 
 /// `STM32F103C8`. The debugger (PA13 to PA15, PB3, PB4), the start-up mode (PB2) and the slow oscillator (PC14, PC15) are not listed.
@@ -208,6 +266,7 @@ const STM32F103: Cpu = Cpu {
     supply: "2.0 to 3.6 V",
     machine: "cortex-m3",
     link_cycles: CORTEX_M3_LINK,
+    link_bytes: CORTEX_M3_BYTES,
     family: Family::Stm32f1,
     pull_ohms: 10_000,
     source: "memory sizes, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: not verified",
@@ -252,13 +311,14 @@ const AT89S52: Cpu = Cpu {
     supply: "4.0 to 5.5 V",
     machine: "8051",
     link_cycles: None,
+    link_bytes: None,
     family: Family::Mcs51,
     pull_ohms: 3300,
     source: "all figures: not verified",
 };
 
 /// The microcontrollers.
-pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, STM32F103, AT89S52];
+pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, ATTINY2313, STM32F103, AT89S52];
 
 /// A PC for tests; its pins are functions that the program provides. It is not in [`CPUS`].
 pub static HOST: Cpu = Cpu {
@@ -273,6 +333,7 @@ pub static HOST: Cpu = Cpu {
     supply: "none",
     machine: "x86-64",
     link_cycles: None,
+    link_bytes: None,
     family: Family::Host,
     pull_ohms: 10_000,
     source: "none",

@@ -35,6 +35,8 @@ pub struct PartSpec {
     pub cells: Option<u64>,
     /// The pins of inputs and macrocells, without clock, supply and programming pins; `None` for a CPU, and if macrocells need no pin.
     pub pins: Option<u64>,
+    /// The bytes of flash and of RAM of a CPU, as [`memory`] estimates them for groups; `None` is unlimited.
+    pub memory: [Option<u64>; 2],
 }
 
 /// An object that the designer places on a part.
@@ -208,16 +210,24 @@ pub fn problem(
                 Objective::Cells if spec.is_chip => cells,
                 Objective::Cycles | Objective::Pins | Objective::Cells => 0,
             };
-            let uses = vec![if spec.is_chip { cells.unsigned_abs() } else { 0 }];
+            let uses = match (spec.is_chip, count) {
+                (true, _) => vec![cells.unsigned_abs(), 0, 0],
+                (false, Count::Estimate) => [&[0][..], &memory(net, items)].concat(),
+                // No number of bytes is needed with every compiler.
+                (false, Count::Least) => vec![0, 0, 0],
+            };
             Some(Choice { cost, uses })
         });
         Node { choices: choices.collect() }
     });
-    let capacity = |spec: &PartSpec| solve::Part { capacities: vec![spec.cells], pins: spec.pins };
+    let capacity = |spec: &PartSpec| {
+        let [flash, ram] = spec.memory;
+        solve::Part { capacities: vec![spec.cells, flash, ram], pins: spec.pins }
+    };
     Ok(Problem {
         parts: parts.iter().map(capacity).collect(),
         nodes: nodes.collect(),
-        wires: wires(net, groups, objective),
+        wires: wires(net, groups, objective, count),
         inputs: pins(net, groups, count),
         together: Vec::new(),
         forbidden: excluded.to_vec(),
@@ -341,11 +351,12 @@ pub(crate) fn known(net: &Net, groups: &Groups) -> Vec<Known> {
 }
 
 /// One hyperedge for each signal: its readers need its wire if they are on another part.
-fn wires(net: &Net, groups: &Groups, objective: Objective) -> Vec<Wire> {
+fn wires(net: &Net, groups: &Groups, objective: Objective, count: Count) -> Vec<Wire> {
     let cost = match objective {
         Objective::Cycles => 4,
         Objective::Pins => 1,
-        Objective::Cells => 0,
+        // Most wires from a chip need a macrocell.
+        Objective::Cells => u64::from(count == Count::Estimate),
     };
     let all = known(net, groups).into_iter();
     all.map(|Known { driver, readers, .. }| Wire { driver, readers, cost }).collect()
@@ -435,6 +446,24 @@ fn cells(net: &Net, items: &[Item]) -> i64 {
         })
     };
     items.iter().map(|item| one(item).saturating_add(timers(item))).sum::<i64>().min(1 << 20)
+}
+
+/// The estimated bytes of flash and of RAM of a group on a CPU. They compare groups; what a program needs besides is not included.
+#[must_use]
+pub fn memory(net: &Net, items: &[Item]) -> [u64; 2] {
+    let bytes = |bits: u64| bits.div_ceil(8);
+    let of_data = |item: &Item| match *item {
+        Item::Var(id) => {
+            let var = &net.vars[id];
+            bytes(u64::from(var.ty.bits())).saturating_mul(u64::from(var.len.unwrap_or(1)))
+        }
+        Item::Action(_) => 4,
+        Item::Output(_) | Item::Step(_) => 1,
+        Item::Transition(_) | Item::Event(_) => 0,
+    };
+    let data = items.iter().map(of_data).fold(0, u64::saturating_add);
+    // About two bytes of code for a cycle.
+    [2 * cycles(net, items).unsigned_abs(), data.min(1 << 20)]
 }
 
 /// The estimated cycles of a group in a reaction of the CPU.

@@ -81,6 +81,7 @@ fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
         fits: 1,
         stem: &stem,
         options: &options,
+        compile: None,
     };
     split(net, &request).ok().filter(|split| !split.division.wires.is_empty())
 }

@@ -47,6 +47,7 @@ mod shared_timers;
 mod simulator_laws;
 mod split;
 mod split_fits;
+mod split_memory;
 mod stepper;
 mod strict;
 mod structured_text;

@@ -7,11 +7,14 @@
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
 use grafsynth_driver::pipeline::BuildOptions;
-use grafsynth_driver::split::{Item, Objective, PartDevice, Place, Request, RequestedPart, split};
+use grafsynth_driver::split::{
+    Compile, Cpu, Item, Objective, PartDevice, Place, Program, Request, RequestedPart, Sizes, split,
+};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::Random;
+use grafsynth_split::codes::MEMORY;
 use grafsynth_split::{Groups, together};
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
@@ -28,6 +31,13 @@ fn net(seed: u64) -> Valid<Net> {
         ..Features::plain()
     };
     random_net(seed, &features)
+}
+
+/// A compiler for which a part with much text is too large.
+fn long_code(_: &Cpu, program: &Program) -> Option<Result<Sizes, String>> {
+    let of_part = program.files.iter().find(|file| file.name.ends_with("_cpu.c"))?;
+    let flash = of_part.text.len() as u64 * 3 / 2;
+    Some(Ok(Sizes { compiler: "none", flash, data: 0, stack: Some(0), unplaced: 0 }))
 }
 
 /// The places of all groups, by the bits of a number: a bit that is set places its group on the CPU. `None` if only the CPU can have one of the others.
@@ -49,6 +59,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
     let most_groups =
         std::env::var("SPLIT_GROUPS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
     let (mut nets, mut seed, mut misfits, mut none, mut optimal) = (0, 0, 0, 0, 0);
+    let mut too_large = 0;
     while nets < rounds(4, 200) {
         seed += 1;
         let net = net(seed);
@@ -64,14 +75,23 @@ fn no_partition_that_fits_is_better_than_the_best() {
             name: name.to_owned(),
             device: PartDevice::named(device).expect("the device is known"),
         };
-        let parts = [part("chip", chip), part("cpu", "atmega328p")];
+        let parts = [part("chip", chip), part("cpu", "attiny2313")];
         let objective = Objective::ALL[seed as usize % 3];
+        // Every second net has a compiler whose code is as long as the text of the part, so that the memory of the CPU decides.
+        let compile = (seed % 2 == 0).then_some(long_code as Compile);
         let stem = FileStem::of_name("random");
         let options = BuildOptions { dont_cares: true, ..BuildOptions::default() };
         let split = |places: &[Place], fits| {
             let stem = &stem;
-            let request =
-                Request { parts: &parts, places, objective, fits, stem, options: &options };
+            let request = Request {
+                parts: &parts,
+                places,
+                objective,
+                fits,
+                stem,
+                options: &options,
+                compile,
+            };
             split(&net, &request)
         };
         // All groups of this partition are already placed, so the search has no choice.
@@ -80,7 +100,10 @@ fn no_partition_that_fits_is_better_than_the_best() {
             let Some(places) = places(&groups, bits) else { continue };
             match split(&places, 1) {
                 Ok(one) => best = Some(best.map_or(one.value, |best| best.min(one.value))),
-                Err(_) => misfits += 1,
+                Err(why) => {
+                    misfits += 1;
+                    too_large += u32::from(why.iter().any(|one| one.code == MEMORY));
+                }
             }
         }
         let found = split(&[], 1 << n_groups);
@@ -101,7 +124,8 @@ fn no_partition_that_fits_is_better_than_the_best() {
         }
     }
     println!(
-        "{nets} nets, {misfits} partitions do not fit, {none} nets fit nowhere, {optimal} proved best"
+        "{nets} nets, {misfits} partitions do not fit ({too_large} the memory of the CPU), {none} nets fit nowhere, {optimal} proved best"
     );
-    assert!(misfits > 0, "the chips are never too small");
+    assert!(misfits > too_large, "the chips are never too small");
+    assert!(too_large > 0, "the memory is never too small");
 }

@@ -6,13 +6,13 @@ use crate::args::Split as Arguments;
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
-use crate::partition::{FITS, Written, partition_file, parts, places};
+use crate::partition::{COMPILE, FITS, Written, partition_file, parts, places};
 use crate::progress;
 use crate::report::{About, Answer, Status};
 use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::read::Design;
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{self, Linked, Objective, Request, RequestedPart, Split};
+use grafsynth_driver::split::{self, Cpu, Linked, Objective, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
@@ -61,6 +61,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         fits: FITS,
         stem: &stem,
         options: &options,
+        compile: COMPILE,
     };
     progress::doing(format!("splitting {}", net.name));
     let mut split = match split::split(net, &request) {
@@ -134,8 +135,15 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
         for objective in Objective::ALL {
             progress::doing(format!("splitting {} on {devices}", net.name));
             let (parts, places) = (&parts, &places);
-            let request =
-                Request { parts, places, objective, fits: FITS, stem: &stem, options: &options };
+            let request = Request {
+                parts,
+                places,
+                objective,
+                fits: FITS,
+                stem: &stem,
+                options: &options,
+                compile: COMPILE,
+            };
             match split::costs(net, &request) {
                 Ok(costs) => found.push((devices.clone(), objective, costs)),
                 Err(why) => {
@@ -265,6 +273,7 @@ fn finish(
         say(session, own, None, &lines, None)?;
     }
     session.tell(&format!("minimised: {}\n", split.said(arguments.minimise)));
+    session.tell(&format!("{}\n", memory(&split, link.cpu)));
     session.tell(&format!("{}\n", round(&link)));
     let (status, message) = joined(&split);
     let answer = Answer::new(About::Output, "joined parts", status, message.as_str());
@@ -296,6 +305,23 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
         counted(transitions, "transition", "transitions"),
         counted(out, "wire", "wires"),
     )
+}
+
+/// The memories of the CPU.
+fn memory(split: &Split, cpu: &Cpu) -> String {
+    match &split.memory {
+        Ok(memory) => format!(
+            "memory of the {}: {} of {} bytes of flash, {} of {} bytes of RAM, with {} of stack ({})",
+            cpu.name,
+            memory.flash,
+            cpu.flash,
+            memory.ram(),
+            cpu.ram,
+            memory.stack,
+            memory.source()
+        ),
+        Err(why) => format!("memory of the {}: not known: {why}", cpu.name),
+    }
 }
 
 /// The time of a round.

@@ -1,6 +1,6 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
-use super::{PartDevice, RequestedPart, Split, has_time};
+use super::{BuiltPart, PartDevice, RequestedPart, Split, has_time};
 use crate::built::OutputFile;
 use crate::codes;
 use crate::report::chip::{Chip, Kind};
@@ -8,6 +8,7 @@ use crate::stem::FileStem;
 use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Gather;
+use grafsynth_ir::division::Division;
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::PinRole;
 use grafsynth_ir::net::{Net, Transition};
@@ -15,7 +16,7 @@ use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
     self, Calls, ChipPins, ChipSignal, CpuNames, Link, Object, Timing, calls, check, files,
-    round_cycles, wiring_md, wiring_svg,
+    round_cycles, smallest_program, wiring_md, wiring_svg,
 };
 use std::collections::BTreeMap;
 
@@ -32,6 +33,8 @@ pub struct Linked {
     pub name: String,
     /// How a program calls its functions.
     pub calls: Calls,
+    /// The text of the smallest program that uses it, whose sizes are those of the part on the CPU.
+    pub main: String,
     /// Its C, the wiring table and the wiring diagram.
     pub files: Vec<OutputFile>,
     /// The longest time of a reaction, or the reason why it is not known.
@@ -66,10 +69,20 @@ pub fn link(
     parts: &[RequestedPart],
     stem: &FileStem,
 ) -> Result<Linked, Vec<Diagnostic>> {
-    let cpu = parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name()));
-    let linked = link_on(net, split, parts, stem, cpu)?;
+    let linked = link_parts(net, (&split.division, &split.parts), parts, stem)?;
     let late = deadlines(net, &linked.round);
     if late.is_empty() { Ok(linked) } else { Err(late) }
+}
+
+/// The link of built parts, the chips first and the CPU last, without deadlines.
+pub(super) fn link_parts(
+    net: &Net,
+    (division, built): (&Division, &[BuiltPart]),
+    parts: &[RequestedPart],
+    stem: &FileStem,
+) -> Result<Linked, Vec<Diagnostic>> {
+    let cpu = parts.last().and_then(|part| grafsynth_split::cpu::cpu(part.device.name()));
+    link_on(net, (division, built), parts, stem, cpu)
 }
 
 /// Like [`link()`], with pins that are functions of a program on this computer, and without deadlines.
@@ -82,12 +95,12 @@ pub fn link_on_host(
     parts: &[RequestedPart],
     stem: &FileStem,
 ) -> Result<Linked, Vec<Diagnostic>> {
-    link_on(net, split, parts, stem, Some(&HOST))
+    link_on(net, (&split.division, &split.parts), parts, stem, Some(&HOST))
 }
 
 fn link_on(
     net: &Net,
-    split: &Split,
+    (division, built): (&Division, &[BuiltPart]),
     parts: &[RequestedPart],
     stem: &FileStem,
     cpu: Option<&'static Cpu>,
@@ -97,7 +110,7 @@ fn link_on(
         vec![found.help("this is a bug in grafsynth: please report it with the chart")]
     };
     let mut chips = Vec::new();
-    for (part, requested) in split.parts.iter().zip(parts) {
+    for (part, requested) in built.iter().zip(parts) {
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
@@ -112,14 +125,14 @@ fn link_on(
             chips.push(pins(chip, device.name).map_err(bug)?);
         }
     }
-    let package = split.parts.last().and_then(|part| part.built.packages.first());
+    let package = built.last().and_then(|part| part.built.packages.first());
     let (Some(cpu), Some(package)) = (cpu, package) else {
         return Err(bug("the part on the CPU was not built".to_owned()));
     };
-    let of_cpu = split.division.parts.last();
+    let of_cpu = division.parts.last();
     let wanted = link::Request {
         net,
-        division: &split.division,
+        division,
         chips: &chips,
         cpu,
         names: of_cpu.map(|part| names(package, &part.net)).unwrap_or_default(),
@@ -128,7 +141,7 @@ fn link_on(
         timing: Timing::default(),
     };
     let link = link::link(&wanted)?;
-    check(&link.acts, &link.connections, &split.division, &chips)
+    check(&link.acts, &link.connections, division, &chips)
         .map_err(|breach| bug(format!("the link does not perform exactly one round: {breach}")))?;
     let round = round(net, package, &wanted, &link);
     let driver = files(&wanted, &link).into_iter();
@@ -138,7 +151,8 @@ fn link_on(
     all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&wanted, &link)));
     all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&wanted, &link)));
     let calls = calls(&wanted, &link);
-    Ok(Linked { link, chips, cpu, name, calls, files: all, round })
+    let main = smallest_program(&wanted, &link);
+    Ok(Linked { link, chips, cpu, name, calls, main, files: all, round })
 }
 
 fn round(
@@ -240,7 +254,7 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
 }
 
 /// The interface of the C of the last part.
-fn names(package: &Package, net: &Net) -> CpuNames {
+pub(super) fn names(package: &Package, net: &Net) -> CpuNames {
     let interface = package.reaction_interface();
     let handed = net.inputs.iter().filter(|(_, input)| input.kind.is_handed());
     let shown = net.outputs.iter().filter(|(_, output)| !output.is_extern());

@@ -1,4 +1,4 @@
-//! The best partition whose chips really hold their parts.
+//! The best partition whose devices really hold their parts.
 //!
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
 //! partition may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower
@@ -6,7 +6,10 @@
 //! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
 //! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
+use super::link::link_parts;
+use super::memory::{Memory, memory};
 use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
+use crate::built::BuildOptions;
 use crate::codes;
 use crate::pipeline;
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
@@ -14,7 +17,8 @@ use grafsynth_ir::diag::any_error;
 use grafsynth_ir::division::{Division, PartIndex};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
-use grafsynth_split::partition::Unplaced;
+use grafsynth_split::cpu::Cpu;
+use grafsynth_split::partition::{Unplaced, memory as estimate};
 use grafsynth_split::solve::{Constraint, Forbidden};
 use grafsynth_split::{Cells, Count, Groups, Objective, PartSpec, Partition, divide, partition};
 
@@ -36,6 +40,8 @@ pub(super) struct Fitted {
     pub(super) chips: Vec<BuiltPart>,
     /// The number of partitions that were built and did not fit.
     pub(super) unfit: usize,
+    /// The memories that the part on the CPU needs.
+    pub(super) memory: Result<Memory, String>,
 }
 
 /// Finds the best partition that fits.
@@ -44,7 +50,8 @@ pub(super) fn search(
     groups: &Groups,
     request: &Request<'_>,
 ) -> Result<Fitted, Vec<Diagnostic>> {
-    let mut search = Search { net, groups, request, unfit: 0, last: Vec::new() };
+    let mut search =
+        Search { net, groups, request, unfit: 0, last: Vec::new(), least_excess: u64::MAX };
     let first = search.by_estimates();
     search.by_bounds(first)
 }
@@ -54,19 +61,30 @@ struct Search<'a> {
     groups: &'a Groups,
     request: &'a Request<'a>,
     unfit: usize,
-    /// The findings of the last chip that could not be built.
+    /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
     last: Vec<Diagnostic>,
+    /// How many bytes too large that part was.
+    least_excess: u64,
 }
 
 /// What a build of the chips gives.
 enum Fit {
     Fits(Box<Fitted>),
-    /// A chip cannot be built.
+    /// A part cannot be built, or does not fit its device.
     Misfit {
-        chip: PartIndex,
-        /// True if it has too little room, false for another reason.
-        is_room: bool,
+        part: PartIndex,
+        why: Misfit,
     },
+}
+
+/// Why a part does not fit.
+enum Misfit {
+    /// A chip has too few macrocells, product terms or pins.
+    Room,
+    /// The CPU has too little flash or RAM.
+    Memory(Memory, &'static Cpu),
+    /// Another reason.
+    Other,
 }
 
 impl Search<'_> {
@@ -91,13 +109,17 @@ impl Search<'_> {
             };
             match self.fit(partition.clone())? {
                 Fit::Fits(fitted) => return Ok(Ok(fitted)),
-                Fit::Misfit { chip, is_room } => {
-                    let own = partition.part.iter().enumerate().filter(|(_, own)| **own == chip);
+                Fit::Misfit { part, why } => {
+                    let own = partition.part.iter().enumerate().filter(|(_, own)| **own == part);
                     let nodes: Vec<usize> = own.map(|(group, _)| group).collect();
-                    excluded.push(Forbidden::Together { nodes, part: chip });
-                    if is_room {
-                        offer_less(&mut specs[chip], chip, &partition);
+                    match why {
+                        Misfit::Room => offer_less(&mut specs[part], part, &partition),
+                        Misfit::Memory(memory, cpu) => {
+                            self.offer_less_memory(&mut specs[part], &nodes, &memory, cpu);
+                        }
+                        Misfit::Other => {}
                     }
+                    excluded.push(Forbidden::Together { nodes, part });
                 }
             }
         }
@@ -173,7 +195,7 @@ impl Search<'_> {
         let mut findings = match why {
             Unplaced::Unknown => {
                 let message = format!(
-                    "no partition found: {} were built, and a chip could not hold its part in any of them",
+                    "no partition found: {} were built, and a device could not hold its part in any of them",
                     grafsynth_ir::counted(self.unfit, "partition", "partitions")
                 );
                 vec![Diagnostic::error(codes::NO_PARTITION, message)]
@@ -184,7 +206,7 @@ impl Search<'_> {
         findings
     }
 
-    /// Builds the chips of a partition.
+    /// Builds the parts of a partition.
     fn fit(&mut self, partition: Partition) -> Result<Fit, Vec<Diagnostic>> {
         let names: Vec<String> = self.request.parts.iter().map(|part| part.name.clone()).collect();
         let division = divide(self.net, self.groups, partition.owners.clone(), &names)?;
@@ -198,16 +220,31 @@ impl Search<'_> {
                 self.unfit += 1;
                 let is_room = chip.built.found.iter().any(|one| one.code == DOES_NOT_FIT);
                 self.last = chip.built.found;
-                return Ok(Fit::Misfit { chip: at, is_room });
+                let why = if is_room { Misfit::Room } else { Misfit::Other };
+                return Ok(Fit::Misfit { part: at, why });
             }
             if let Some(misfit) = misfit(&chip) {
                 self.unfit += 1;
                 let message = format!("`{}` does not fit: {misfit}", requested.name);
                 self.last = vec![Diagnostic::error(DOES_NOT_FIT, message)];
-                return Ok(Fit::Misfit { chip: at, is_room: true });
+                return Ok(Fit::Misfit { part: at, why: Misfit::Room });
             }
             chips.push(chip);
         }
+        let memory = self.memory(&division, &mut chips);
+        if let Ok((memory, cpu)) = &memory
+            && let Some(found) = memory.misfit(&self.cpu_name(), cpu)
+        {
+            self.unfit += 1;
+            let excess = memory.excess(cpu).into_iter().map(|(_, need, have)| need - have).sum();
+            if excess < self.least_excess {
+                self.least_excess = excess;
+                self.last = vec![found];
+            }
+            let part = self.request.parts.len() - 1;
+            return Ok(Fit::Misfit { part, why: Misfit::Memory(*memory, cpu) });
+        }
+        let memory = memory.map(|(memory, _)| memory);
         let value = match self.request.objective {
             Objective::Cells => {
                 let cells =
@@ -217,7 +254,51 @@ impl Search<'_> {
             Objective::Cycles | Objective::Pins => partition.evaluation.value,
         };
         let bound = i64::MIN;
-        Ok(Fit::Fits(Box::new(Fitted { partition, value, bound, division, chips, unfit: 0 })))
+        let fitted = Fitted { partition, value, bound, division, chips, unfit: 0, memory };
+        Ok(Fit::Fits(Box::new(fitted)))
+    }
+
+    fn cpu_name(&self) -> String {
+        self.request.parts.last().map_or_else(String::new, |part| part.name.clone())
+    }
+
+    /// The memories that the part on the CPU needs with its link. A part or a link that cannot be built is no matter of memory: it is reported after the search.
+    fn memory(
+        &self,
+        division: &Division,
+        chips: &mut Vec<BuiltPart>,
+    ) -> Result<(Memory, &'static Cpu), String> {
+        let requested = self.request.parts.last().ok_or("there is no CPU")?;
+        let part = division.parts.last().ok_or("there is no CPU")?;
+        let options = BuildOptions { prove: false, ..self.request.options.clone() };
+        let request = Request { options: &options, ..*self.request };
+        chips.push(build_part(&part.net, requested, &request));
+        let Request { parts, stem, compile, .. } = *self.request;
+        let linked = link_parts(self.net, (division, chips), parts, stem);
+        let built = chips.pop().ok_or("there is no CPU")?;
+        let first = |found: Vec<Diagnostic>| found.first().map(|one| one.message.clone());
+        let linked = linked.map_err(|found| first(found).unwrap_or_default())?;
+        Ok((memory(self.net, &built, &linked, compile)?, linked.cpu))
+    }
+
+    /// After a part did not fit the memory of the CPU, the CPU is offered less than the estimate for the groups of that part: by the needed share, and by at least an
+    /// eighth.
+    fn offer_less_memory(
+        &self,
+        spec: &mut PartSpec,
+        nodes: &[usize],
+        needed: &Memory,
+        cpu: &'static Cpu,
+    ) {
+        for (at, need, have) in needed.excess(cpu) {
+            let of = |group: &usize| {
+                self.groups.groups.get(*group).map_or(0, |items| estimate(self.net, items)[at])
+            };
+            let used: u64 = nodes.iter().map(of).sum();
+            let less = used - (used / 8).max(1).min(used);
+            let share = used.saturating_mul(have) / need.max(1);
+            spec.memory[at] = Some(less.min(share));
+        }
     }
 }
 
@@ -235,7 +316,7 @@ fn offer_less(spec: &mut PartSpec, part: usize, failed: &Partition) {
     for usage in &failed.evaluation.usage {
         let less = usage.used.saturating_sub((usage.used / 8).max(1));
         match usage.constraint {
-            Constraint::Capacity { part: at, .. } if at == part => spec.cells = Some(less),
+            Constraint::Capacity { part: at, resource: 0 } if at == part => spec.cells = Some(less),
             Constraint::Pins { part: at } if at == part => spec.pins = Some(less),
             _ => {}
         }

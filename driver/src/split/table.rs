@@ -1,7 +1,9 @@
 //! What a chart costs on a chip alone, on the CPU alone, and as the split: one table.
 
+use super::memory::memory_alone;
 use super::{
-    BuiltPart, Linked, PartDevice, Request, RequestedPart, Split, build_part, misfit, rounded,
+    BuiltPart, Compile, Linked, Memory, PartDevice, Request, RequestedPart, Split, build_part,
+    misfit, rounded,
 };
 use crate::built::BuildOptions;
 use grafsynth_backend_c::cost;
@@ -19,6 +21,8 @@ struct Way {
     cells: String,
     chip_pins: String,
     cpu_pins: String,
+    flash: String,
+    ram: String,
     cycles: String,
     latency: String,
 }
@@ -38,15 +42,16 @@ pub fn table(net: &Valid<Net>, split: &Split, linked: &Linked, request: &Request
         let built = build_part(net, part, &request);
         ways.push(match part.device {
             PartDevice::Chip(_) => chip_alone(part, &built),
-            PartDevice::Cpu(name) => cpu_alone(net, name, &built),
+            PartDevice::Cpu(name) => cpu_alone(net, name, &built, request.compile),
         });
     }
     ways.push(both(net, split, linked));
-    let mut text = "| | macrocells | pins of the chips | pins of the CPU | worst-case cycles | latency |\n|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| | macrocells | pins of the chips | pins of the CPU | flash | RAM | worst-case cycles | latency |\n|---|---|---|---|---|---|---|---|\n".to_owned();
     for way in ways {
-        let Way { name, cells, chip_pins, cpu_pins, cycles, latency } = way;
-        text +=
-            &format!("| {name} | {cells} | {chip_pins} | {cpu_pins} | {cycles} | {latency} |\n");
+        let Way { name, cells, chip_pins, cpu_pins, flash, ram, cycles, latency } = way;
+        text += &format!(
+            "| {name} | {cells} | {chip_pins} | {cpu_pins} | {flash} | {ram} | {cycles} | {latency} |\n"
+        );
     }
     text
 }
@@ -66,6 +71,8 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
             cells: cells(built).to_string(),
             chip_pins: pins(built).to_string(),
             cpu_pins: dash(),
+            flash: dash(),
+            ram: dash(),
             cycles: dash(),
             latency: "1 clock".to_owned(),
         },
@@ -76,6 +83,8 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
                 cells: why.replace('|', "\\|"),
                 chip_pins: dash(),
                 cpu_pins: dash(),
+                flash: dash(),
+                ram: dash(),
                 cycles: dash(),
                 latency: dash(),
             }
@@ -83,15 +92,20 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
     }
 }
 
-fn cpu_alone(net: &Net, name: &str, built: &BuiltPart) -> Way {
+fn cpu_alone(net: &Net, name: &str, built: &BuiltPart, compile: Option<Compile>) -> Way {
     let outputs: u64 =
         net.outputs.values().filter(|it| !it.is_extern()).map(|it| bits(it.ty)).sum();
     let cycles = cpu(name).and_then(|cpu| Some((cpu, bound(built, cpu)?)));
+    let cpu_found = cpu(name).ok_or_else(unknown);
+    let memory = cpu_found.and_then(|cpu| memory_alone(net, built, cpu, compile));
+    let [flash, ram] = memories(cpu(name), &memory);
     Way {
         name: format!("{name} alone"),
         cells: dash(),
         chip_pins: dash(),
         cpu_pins: (input_bits(net) + outputs).to_string(),
+        flash,
+        ram,
         cycles: cycles.map_or_else(unknown, |(_, cycles)| cycles.to_string()),
         latency: cycles.map_or_else(unknown, |(cpu, cycles)| time(cpu, cycles)),
     }
@@ -108,17 +122,31 @@ fn both(net: &Net, split: &Split, linked: &Linked) -> Way {
     let outputs = net.outputs.iter().filter(|(id, it)| !it.is_extern() && own(*id));
     let outputs: u64 = outputs.map(|(_, it)| bits(it.ty)).sum();
     let round = linked.round.as_ref();
+    let [flash, ram] = memories(Some(linked.cpu), &split.memory);
     Way {
         name: "split".to_owned(),
         cells: of_chips().map(cells).sum::<u64>().to_string(),
         chip_pins: of_chips().map(pins).sum::<u64>().to_string(),
         cpu_pins: (input_bits(net) + outputs + wires).to_string(),
+        flash,
+        ram,
         cycles: round.map_or_else(
             |_| unknown(),
             |round| format!("{} and {} of the link, estimated", round.step, round.link),
         ),
         latency: round.map_or_else(|_| unknown(), |round| rounded(round.ns)),
     }
+}
+
+/// The used flash and RAM of a microcontroller, with the source of the figures.
+fn memories(cpu: Option<&Cpu>, memory: &Result<Memory, String>) -> [String; 2] {
+    let (Some(cpu), Ok(memory)) = (cpu, memory) else { return [unknown(), unknown()] };
+    let source = memory.compiler.unwrap_or("estimated");
+    let text = |used: u64, all: u32| {
+        let misfit = if used > u64::from(all) { "does not fit: " } else { "" };
+        format!("{misfit}{used} of {all} ({source})")
+    };
+    [text(memory.flash, cpu.flash), text(memory.ram(), cpu.ram)]
 }
 
 fn unknown() -> String {

@@ -9,7 +9,7 @@ use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{InputId, Net};
 
 use super::pins_text;
-use super::{Act, Link, Put, Request, Start};
+use super::{Act, CpuNames, Link, Put, Request, Start};
 
 /// A file of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,6 +30,57 @@ pub fn files(request: &Request<'_>, link: &Link) -> Vec<File> {
         File { name: format!("{name}_link.c"), text: text.source() },
         File { name: format!("{name}_link_pins.h"), text: pins_text::pins(request, link) },
     ]
+}
+
+/// The smallest program that uses a link: it repeats rounds, without inputs and outputs of the plant. What it needs of the memories is what every program needs.
+#[must_use]
+pub fn smallest_program(request: &Request<'_>, link: &Link) -> String {
+    let text = Text::new(request, link);
+    let name = &request.name;
+    let inputs = (!text.members.is_empty()).then(|| format!("{name}_link_in_t"));
+    let calls = [format!("{name}_link_init"), format!("{name}_link_round")];
+    main(&request.names, &format!("{name}_link.h"), inputs, text.has_dt, calls)
+}
+
+/// The smallest program with a part that has no link.
+#[must_use]
+pub fn smallest_program_alone(names: &CpuNames) -> String {
+    let prefix = &names.prefix;
+    let inputs = (!names.inputs.is_empty()).then(|| format!("{prefix}_in_t"));
+    let calls = [format!("{prefix}_init"), format!("{prefix}_step")];
+    main(names, &names.header, inputs, names.dt.is_some(), calls)
+}
+
+/// `main` with the static data that its two calls need.
+fn main(
+    names: &CpuNames,
+    header: &str,
+    inputs: Option<String>,
+    has_dt: bool,
+    [init, step]: [String; 2],
+) -> String {
+    let prefix = &names.prefix;
+    let instance = names.has_instance.then(|| format!("{prefix}_t"));
+    let outputs = (!names.outputs.is_empty()).then(|| format!("{prefix}_out_t"));
+    let mut text = format!("#include \"{header}\"\n\n");
+    let mut declared = |ty: Option<String>, name: &str| {
+        let ty = ty?;
+        text += &format!("static {ty} {name};\n");
+        Some(format!("&{name}"))
+    };
+    let (instance, inputs) = (declared(instance, "self"), declared(inputs, "in"));
+    let outputs = declared(outputs, "out");
+    let of_init: Vec<&str> =
+        [&instance, &outputs].into_iter().flatten().map(String::as_str).collect();
+    let dt = has_dt.then(|| "1U".to_owned());
+    let of_step = [&instance, &inputs, &dt, &outputs].into_iter().flatten().map(String::as_str);
+    let of_step: Vec<&str> = of_step.collect();
+    text += &format!(
+        "\nint main(void)\n{{\n    {init}({});\n    for (;;) {{\n        {step}({});\n    }}\n}}\n",
+        of_init.join(", "),
+        of_step.join(", ")
+    );
+    text
 }
 
 /// How a program calls the functions of a link: `NAME_link_init` and `NAME_link_round`.

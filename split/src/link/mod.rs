@@ -24,7 +24,7 @@ use grafsynth_ir::net::{InputId, Net, OutputId};
 use crate::cpu::Cpu;
 
 pub use check::{Breach, Why, check};
-pub use files::{Calls, File, calls, files};
+pub use files::{Calls, File, calls, files, smallest_program, smallest_program_alone};
 pub use make::link;
 pub use time::round_cycles;
 pub use wiring::{wiring_md, wiring_svg};
