@@ -445,10 +445,10 @@ pub(crate) struct Split {
     /// Read parts and places from the partition file (STEM.split) of an earlier split.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) with: Option<String>,
-    /// Minimise the estimated CPU cycles (`cycles`), the wires (`pins`) or the macrocells of all chips (`cells`).
+    /// Minimise the estimated CPU cycles (`cycles`), the pins of the CPU (`pins`) or the macrocells of all chips (`cells`).
     #[arg(long, value_name = "WHAT", value_parser = OBJECTIVES, default_value = "cycles")]
     pub(crate) minimise: Objective,
-    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension.
+    /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension. With `--explore`: the file of the drawing (`.svg`).
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,
     /// Write the outputs even if a proof is open; the header of each file then says so, and the exit code is 4.
@@ -457,8 +457,13 @@ pub(crate) struct Split {
     /// Also print what the chart costs on each chip alone, on the CPU alone, and as the split.
     #[arg(long)]
     pub(crate) table: bool,
-    /// Write nothing, but compare the costs of the best splits on several devices: `--part chip=gal16v8,gal22v10 --part cpu=attiny85,atmega328p --explore`.
-    #[arg(long, conflicts_with_all = ["with", "table", "unproved", "output", "minimise"])]
+    /// Also write a report: the drawing with the colours of the parts, what is where and why, wires, wiring, costs, proofs. `html` (default): STEM.report.html, one file;
+    /// `md`: STEM.report.md; `json`: STEM.report.json, for programs.
+    #[arg(long, value_name = "FORM", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "html")]
+    pub(crate) report: Option<ReportForm>,
+    /// Write no parts, but compare the costs of the best splits on several devices: `--part chip=gal16v8,gal22v10 --part cpu=attiny85,atmega328p --explore`. `-o
+    /// front.svg` also draws them.
+    #[arg(long, conflicts_with_all = ["with", "table", "unproved", "report", "minimise"])]
     pub(crate) explore: bool,
     #[command(flatten)]
     pub(crate) limits: Limits,

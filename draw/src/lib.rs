@@ -15,6 +15,7 @@
 //! The same chart gives the same drawing on every machine: all coordinates are whole numbers. docs/drawing.md lists the symbols with their meaning.
 
 mod action_block;
+mod bars;
 mod blocks;
 mod channels;
 mod container;
@@ -40,6 +41,7 @@ mod tracks;
 mod vertex;
 pub mod waves;
 
+pub use bars::{BarRow, BarTable, bars};
 pub use notice::noticed;
 pub use overlay::{Blank, Counts, Frame, Part};
 pub use pages::{Page, Paper, TitleBlock, pages};

@@ -12,6 +12,7 @@ mod explore;
 mod file;
 mod link;
 mod memory;
+mod report;
 mod search;
 mod table;
 
@@ -19,6 +20,7 @@ pub use explore::{Costs, costs};
 pub use file::{Written, read, write};
 pub use link::{Linked, Round, link, link_on_host, rounded};
 pub use memory::{Compile, Memory, Program, Sizes};
+pub use report::report;
 pub use table::table;
 
 use crate::codes;
@@ -133,6 +135,10 @@ pub struct Split {
     pub joined: Verdict<Joined, Apart>,
     /// The number of partitions that were built and in which a part did not fit its device.
     pub unfit: usize,
+    /// The number of partitions that were built.
+    pub builds: usize,
+    /// The number of sets of decisions that were excluded because they need more macrocells than a chip has.
+    pub cuts: usize,
     /// The memories that the part on the CPU needs, or the reason why they are not known.
     pub memory: Result<Memory, String>,
 }
@@ -164,7 +170,7 @@ impl Split {
 /// Unsupported features; contradictory places or constraints; errors in the build of a part, except that it does not fit.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
     let groups = together(net)?;
-    let Fitted { partition, value, bound, division, chips, unfit, memory } =
+    let Fitted { partition, value, bound, division, chips, unfit, builds, cuts, memory } =
         search::search(net, &groups, request)?;
     let mut parts = chips;
     if let (Some(part), Some(requested)) = (division.parts.last(), request.parts.last()) {
@@ -182,7 +188,19 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     });
     let known = RoundFacts { facts: &facts, ends };
     let joined = joined(net, known, &division, one_tick, limits);
-    Ok(Split { groups, partition, value, bound, division, parts, joined, unfit, memory })
+    Ok(Split {
+        groups,
+        partition,
+        value,
+        bound,
+        division,
+        parts,
+        joined,
+        unfit,
+        builds,
+        cuts,
+        memory,
+    })
 }
 
 /// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.

@@ -7,6 +7,8 @@
 //! board                   the connections of the link; each chip fuse by fuse, or as the circuit read back from its text
 //! ```
 //!
+//! Inputs that are wired to chips alone have the opposite levels until the round ends, so a state or a wire that depends on them is found.
+//!
 //! The chips follow each change of a pin at once, and the CPU's program sees their levels when it reads a pin: delays of the chips and of the synchronisers of the
 //! CPU are not simulated.
 
@@ -171,6 +173,7 @@ impl Engine for SplitEngine {
             trace: Trace::new(TraceLayout::of(job.net)),
         };
         run.rest.reverse();
+        run.board.supply(job.net, &run.input, false);
         let arguments: Vec<&str> = program.arguments.iter().map(String::as_str).collect();
         tools::converse(&program.file, &arguments, program.bench.path(), LIMIT, |message| {
             run.answer(message)
@@ -336,6 +339,7 @@ impl Run<'_> {
 
     /// The row of the round that has ended, and the bytes of the next one.
     fn end_of_round(&mut self) -> Result<(), String> {
+        self.board.supply(self.net, &self.input, false);
         let nets: Vec<&Net> = self.division.parts.iter().map(|part| &*part.net).collect();
         let mut rows: Vec<Row> = self.board.rows(&nets, &self.input);
         let mut reader = Reader { bytes: &self.sent };
@@ -364,6 +368,8 @@ impl Run<'_> {
             self.asked.extend(bytes.iter().take(stored_bytes(self.net.inputs[id].ty)));
         }
         self.asked.reverse();
+        // What has an effect during the round has been latched, so these inputs may have any level until the round ends.
+        self.board.supply(self.net, &input, true);
         self.input = input;
         Ok(())
     }

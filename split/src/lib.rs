@@ -28,6 +28,7 @@
 pub mod cells;
 pub mod codes;
 pub mod cpu;
+mod direct;
 pub mod divide;
 pub mod link;
 pub mod partition;

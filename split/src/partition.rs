@@ -18,6 +18,7 @@ use grafsynth_ir::net::{
 use grafsynth_ir::plan::following;
 use grafsynth_ir::walk::{expressions, statements};
 
+use crate::direct::candidates;
 use crate::solve::{
     self, Alternative, Choice, Conflict, Evaluation, Forbidden, InputGroup, Limits, Node, Outcome,
     Problem, ProblemError, Wire,
@@ -56,7 +57,7 @@ pub enum Objective {
     /// The CPU cycles of a reaction, with four cycles for each wire.
     #[default]
     Cycles,
-    /// The wires between parts.
+    /// The pins of the CPU: its inputs, its outputs, the inputs that it passes on, and the wires between parts.
     Pins,
     /// The macrocells of all chips.
     Cells,
@@ -81,7 +82,7 @@ impl Objective {
     pub fn unit(self) -> &'static str {
         match self {
             Objective::Cycles => "estimated cycles of the CPU",
-            Objective::Pins => "wires",
+            Objective::Pins => "pins of the CPU",
             Objective::Cells => "macrocells",
         }
     }
@@ -194,6 +195,12 @@ pub fn problem(
             }
         }
     }
+    let readers = readers_of_inputs(net, groups);
+    let mut inputs = pins(net, groups, &readers, count);
+    let shared = match objective {
+        Objective::Pins => cpu_pins(net, &readers, parts, &mut inputs),
+        Objective::Cycles | Objective::Cells => BTreeMap::new(),
+    };
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
         let cells = match count {
             Count::Estimate => cells(net, items),
@@ -205,10 +212,14 @@ pub fn problem(
             if elsewhere || spec.is_chip && groups.cpu_only.contains_key(&at) {
                 return None;
             }
+            let outputs = output_bits(net, items);
             let cost = match objective {
+                Objective::Pins => {
+                    shared.get(&at).unwrap_or(&0) + if spec.is_chip { 0 } else { outputs }
+                }
                 Objective::Cycles if !spec.is_chip => cycles,
                 Objective::Cells if spec.is_chip => cells,
-                Objective::Cycles | Objective::Pins | Objective::Cells => 0,
+                Objective::Cycles | Objective::Cells => 0,
             };
             let uses = match (spec.is_chip, count) {
                 (true, _) => vec![cells.unsigned_abs(), 0, 0],
@@ -228,7 +239,7 @@ pub fn problem(
         parts: parts.iter().map(capacity).collect(),
         nodes: nodes.collect(),
         wires: wires(net, groups, objective, count),
-        inputs: pins(net, groups, count),
+        inputs,
         together: Vec::new(),
         forbidden: excluded.to_vec(),
     })
@@ -362,26 +373,75 @@ fn wires(net: &Net, groups: &Groups, objective: Objective, count: Count) -> Vec<
     all.map(|Known { driver, readers, .. }| Wire { driver, readers, cost }).collect()
 }
 
-/// The pins for inputs and macrocells: one for each input bit on each part that reads it, and one for each macrocell, which nothing else can use.
-fn pins(net: &Net, groups: &Groups, count: Count) -> Vec<InputGroup> {
+/// The groups that read each input of the plant.
+fn readers_of_inputs(net: &Net, groups: &Groups) -> BTreeMap<InputId, Vec<usize>> {
     let mut readers: BTreeMap<InputId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         for input in Reads::of(net, items).inputs {
             readers.entry(input).or_default().push(group);
         }
     }
+    readers.retain(|input, _| matches!(net.inputs[*input].kind, InputKind::Pin | InputKind::Event));
+    readers
+}
+
+/// Adds what inputs cost in pins of the CPU. Returns what a group costs on every part in addition.
+///
+/// An input that may be wired to chips alone costs a pin if a group on the CPU reads it, and another one if groups on chips read it too: 2 for a reader on the CPU, 1 for
+/// one on a chip, and −1 in any case. The inputs of one assumption count as one, because they are wired in the same way. Every other input costs a pin in any case, and
+/// another one if a group on a chip reads it.
+fn cpu_pins(
+    net: &Net,
+    readers: &BTreeMap<InputId, Vec<usize>>,
+    parts: &[PartSpec],
+    inputs: &mut Vec<InputGroup>,
+) -> BTreeMap<usize, i64> {
+    let candidates = candidates(net);
+    let (chips, cpus): (Vec<PartIndex>, Vec<PartIndex>) =
+        (0..parts.len()).partition(|part| parts[*part].is_chip);
+    let mut shared: BTreeMap<usize, i64> = BTreeMap::new();
+    for (input, own) in readers {
+        let bits = net.inputs[*input].ty.bits();
+        let mut costs = |readers: &Vec<usize>, on: &Vec<PartIndex>, cost: u32| {
+            let (readers, on, cost) = (readers.clone(), on.clone(), u64::from(cost));
+            inputs.push(InputGroup { readers, pins: 0, cost, on });
+        };
+        let constant = match candidates.get(input) {
+            Some(class) => {
+                let all = class.iter().filter_map(|one| readers.get(one)).flatten().copied();
+                let all: Vec<usize> = all.gather::<BTreeSet<usize>>().into_iter().collect();
+                costs(&all, &cpus, 2 * bits);
+                costs(&all, &chips, bits);
+                -i64::from(bits)
+            }
+            None => {
+                costs(own, &chips, bits);
+                i64::from(bits)
+            }
+        };
+        if let Some(first) = own.first() {
+            *shared.entry(*first).or_default() += constant;
+        }
+    }
+    shared
+}
+
+/// The pins for inputs and macrocells: one for each input bit on each part that reads it, and one for each macrocell, which nothing else can use.
+fn pins(
+    net: &Net,
+    groups: &Groups,
+    readers: &BTreeMap<InputId, Vec<usize>>,
+    count: Count,
+) -> Vec<InputGroup> {
     let mut pins = Vec::new();
     for (input, readers) in readers {
-        let data = &net.inputs[input];
-        if matches!(data.kind, InputKind::Pin | InputKind::Event) {
-            let pin = InputGroup { readers };
-            pins.extend(std::iter::repeat_n(pin, data.ty.bits() as usize));
-        }
+        let bits = u64::from(net.inputs[*input].ty.bits());
+        pins.push(InputGroup { pins: bits, ..InputGroup::of(readers.clone()) });
     }
     if count == Count::Least {
         for (group, items) in groups.groups.iter().enumerate() {
             let outputs = usize::try_from(output_bits(net, items)).unwrap_or(0);
-            pins.extend(std::iter::repeat_n(InputGroup { readers: vec![group] }, outputs));
+            pins.extend(std::iter::repeat_n(InputGroup::of(vec![group]), outputs));
         }
         return pins;
     }
@@ -395,9 +455,9 @@ fn pins(net: &Net, groups: &Groups, count: Count) -> Vec<InputGroup> {
         }
         let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count();
         let others = usize::try_from(cells(net, items)).unwrap_or(0).saturating_sub(steps);
-        pins.extend(std::iter::repeat_n(InputGroup { readers: vec![group] }, others));
+        pins.extend(std::iter::repeat_n(InputGroup::of(vec![group]), others));
     }
-    pins.extend(present.into_values().map(|readers| InputGroup { readers }));
+    pins.extend(present.into_values().map(InputGroup::of));
     pins
 }
 

@@ -36,7 +36,7 @@ fn the_largest_numbers_are_added_without_overflow() {
     for (index, node) in problem.nodes.iter_mut().enumerate() {
         node.choices.iter_mut().flatten().for_each(|choice| choice.uses = vec![1 << 30]);
         problem.wires.push(Wire { driver: index, readers: (0..40).collect(), cost: 1 << 30 });
-        problem.inputs.push(InputGroup { readers: vec![index, (index + 7) % 40] });
+        problem.inputs.push(InputGroup::of(vec![index, (index + 7) % 40]));
     }
     assert_eq!(optimum(&problem).1, -40 * most);
     problem.parts[0].capacities = vec![Some(20 << 30)];
@@ -63,7 +63,7 @@ fn malformed_problems_are_errors() {
     change(|problem| problem.nodes[0].choices[0] = Some(Choice { cost: 0, uses: vec![u64::MAX] }));
     change(|problem| problem.nodes[0].choices[0] = Some(Choice::default()));
     change(|problem| problem.wires.push(Wire { driver: 1, readers: vec![0], cost: 0 }));
-    change(|problem| problem.inputs.push(InputGroup { readers: vec![1] }));
+    change(|problem| problem.inputs.push(InputGroup::of(vec![1])));
     change(|problem| problem.together.push(vec![0, 1]));
     change(|problem| problem.forbidden.push(Forbidden::Decisions(vec![(0, 2)])));
     for problem in &problems {

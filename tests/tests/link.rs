@@ -6,16 +6,16 @@
 use crate::split::{division, features, stable_features, statechart_features};
 use grafsynth_engines::tools;
 use grafsynth_ir::arena::Id;
-use grafsynth_ir::division::{Division, PartNet};
+use grafsynth_ir::division::{Division, PartNet, Source};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{InputId, Net};
+use grafsynth_ir::net::{Driver, Expr, InputId, Leaf, Net};
 use grafsynth_split::cpu::{CPUS, Cpu, HOST};
 use grafsynth_split::link::{
-    Act, ChipPins, ChipSignal, Connection, CpuNames, Link, Object, Put, Request, Timing, check,
-    files, link, wiring_md, wiring_svg,
+    Act, Carries, ChipPins, ChipSignal, Connection, CpuNames, Direct, Link, Object, Put, Request,
+    Timing, check, files, link, wiring_md, wiring_svg,
 };
 use grafsynth_tests::random_net::random_net;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 use std::time::Duration;
@@ -26,6 +26,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 fn chip(part: &PartNet, has_tick: bool) -> ChipPins {
     let mut chip = ChipPins { device: "test".to_owned(), clock: Some(1), ..ChipPins::default() };
     chip.tick = has_tick.then_some(2);
+    chip.held = held_by(&part.net);
     let inputs = part.net.inputs.iter().map(|(id, it)| (Object::Input(id), &it.name, it.ty));
     let outputs = part.net.outputs.iter().map(|(id, it)| (Object::Output(id), &it.name, it.ty));
     for (object, name, ty) in inputs.chain(outputs) {
@@ -35,6 +36,21 @@ fn chip(part: &PartNet, has_tick: bool) -> ChipPins {
         }
     }
     chip
+}
+
+/// The inputs that are read by something else than continuous outputs.
+fn held_by(net: &Net) -> BTreeSet<InputId> {
+    let outputs = net.outputs.values();
+    let continuous = outputs.filter(|output| matches!(output.driver, Driver::Continuous(_)));
+    let followed: Vec<*const Expr> =
+        continuous.flat_map(|output| output.driver.exprs()).map(std::ptr::from_ref).collect();
+    let others = net.expressions().filter(|expr| !followed.contains(&std::ptr::from_ref(*expr)));
+    let others = others.flat_map(|expr| expr.leaves());
+    let mut held: BTreeSet<InputId> = others
+        .filter_map(|leaf| if let Leaf::Input(id) = leaf { Some(*id) } else { None })
+        .collect();
+    held.extend(net.transitions.values().flat_map(|transition| &transition.events));
+    held
 }
 
 /// The C of the part on the CPU, with names that only these tests use.
@@ -87,8 +103,8 @@ impl Case {
     }
 
     /// Whether the acts and connections are accepted.
-    fn accepts(&self, acts: &[Act], connections: &[Connection]) -> bool {
-        check(acts, connections, &self.division, &self.chips).is_ok()
+    fn accepts(&self, link: &Link) -> bool {
+        check(link, &self.net, &self.division, &self.chips).is_ok()
     }
 }
 
@@ -191,6 +207,7 @@ fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)>
 #[test]
 fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
     let (mut n_links, mut n_spoiled, mut n_refused) = (0, 0, 0);
+    let (mut n_direct, mut n_bypassed) = (0, 0);
     for seed in 0..200 {
         let Some(case) = Case::new(seed) else { continue };
         let request = case.request(&HOST);
@@ -208,23 +225,63 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
                 continue;
             }
         };
-        if let Err(breach) = check(&made.acts, &made.connections, &case.division, &case.chips) {
+        if let Err(breach) = check(&made, &case.net, &case.division, &case.chips) {
             panic!("seed {seed}: {breach}\n{made:#?}");
         }
         for (what, acts, connections) in spoiled(&case, &made) {
-            assert!(
-                !case.accepts(&acts, &connections),
-                "seed {seed} is accepted: {what}\n{made:#?}"
-            );
+            let link = Link { acts, connections, ..made.clone() };
+            assert!(!case.accepts(&link), "seed {seed} is accepted: {what}\n{made:#?}");
             n_spoiled += 1;
+        }
+        for at in 0..made.connections.len() {
+            let Some(link) = bypassed(&case, &made, at) else { continue };
+            assert!(!case.accepts(&link), "seed {seed} is accepted: {at} bypasses\n{made:#?}");
+            n_bypassed += 1;
+        }
+        n_direct += made.direct.len();
+        for one in &made.direct {
+            let case = held(&case, one.input);
+            assert!(!case.accepts(&made), "seed {seed} is accepted: {one:?} is held\n{made:#?}");
         }
         n_links += 1;
         if n_links == 60 {
             break;
         }
     }
-    println!("{n_links} links, {n_spoiled} spoiled ones, {n_refused} divisions without a link");
-    assert!(n_links >= 50 && n_spoiled >= 100);
+    println!(
+        "{n_links} links with {n_direct} direct inputs, {n_spoiled} spoiled ones, {n_bypassed} that bypass the CPU, {n_refused} divisions without a link"
+    );
+    assert!(n_links >= 50 && n_spoiled >= 100 && n_bypassed >= 50 && n_direct >= 5);
+}
+
+/// The link with an input of a chip that is wired from the plant instead of the CPU, although the CPU must latch it.
+fn bypassed(case: &Case, link: &Link, at: usize) -> Option<Link> {
+    let one = &link.connections[at];
+    let Carries::Input { input, bit } = one.carries else { return None };
+    let mut link = link.clone();
+    let to = std::mem::take(&mut link.connections[at].to);
+    link.direct.push(Direct { name: format!("{}_bypass", one.name), input, bit, to });
+    // The other bits of an integer must not be the reason.
+    for other in &mut link.connections {
+        if let Carries::Input { input: same, bit } = other.carries
+            && same == input
+            && !other.to.is_empty()
+        {
+            let to = std::mem::take(&mut other.to);
+            link.direct.push(Direct { name: format!("{}_bypass", other.name), input, bit, to });
+        }
+    }
+    case.net.inputs.get(input).map(|_| link)
+}
+
+/// The case with a flip-flop or wire of each chip that depends on an input.
+fn held(case: &Case, input: InputId) -> Case {
+    let mut chips = case.chips.clone();
+    for (chip, part) in chips.iter_mut().zip(&case.division.parts) {
+        let own = part.inputs.iter().filter(|(_, source)| **source == Source::Input(input));
+        chip.held.extend(own.map(|(id, _)| id));
+    }
+    Case { net: case.net.clone(), division: case.division.clone(), chips }
 }
 
 /// The header of a part on the CPU that only has the interface of emitted C.

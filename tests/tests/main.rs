@@ -48,6 +48,7 @@ mod simulator_laws;
 mod split;
 mod split_fits;
 mod split_memory;
+mod split_report;
 mod stepper;
 mod strict;
 mod structured_text;

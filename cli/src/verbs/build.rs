@@ -177,7 +177,9 @@ fn one(session: &mut Session, arguments: &Build, read: Read<'_>) -> Result<Exit,
         let counted = design.counted.as_ref();
         let (sources, limits) = (&session.sources, &options.limits);
         let document = report::document(net, &facts, &built, counted, sources, limits);
-        built.files.extend(report_files(form, &document, design.chart.as_ref(), &stem));
+        let drawn = grafsynth_draw::Options::default();
+        let chart = design.chart.as_ref().map(|chart| (chart, &drawn));
+        built.files.extend(report_files(form, &document, chart, &stem));
     }
     let outputs = outputs(session, arguments, &built, bitstreams);
     let made = Made { stem: &stem, net, made_of, outputs, lines: &built.lines };

@@ -130,13 +130,13 @@ fn map_text(session: &Session, name: &str, map: &[MapEntry]) -> String {
 pub(super) fn report_files(
     form: ReportForm,
     document: &Document,
-    chart: Option<&Design>,
+    chart: Option<(&Design, &Options<'_>)>,
     stem: &FileStem,
 ) -> Vec<OutputFile> {
     let one = |name, text| OutputFile { name, text, keep_existing: false, map: Vec::new() };
     match form {
         ReportForm::Html => {
-            let picture = chart.and_then(|chart| layout(chart, &Options::default()).ok());
+            let picture = chart.and_then(|(chart, drawn)| layout(chart, drawn).ok());
             let chart = picture.map(|it| report_page::Chart { svg: svg(&it), width: it.width });
             let page = report_page::html(document, chart.as_ref());
             vec![one(format!("{stem}.report.html"), page)]

@@ -4,7 +4,7 @@ use crate::load::{Session, Stop};
 use crate::partition::{Written, partition_file, parts, places};
 use crate::verbs::sim;
 use grafsynth_draw::{Counts, Frame, Part};
-use grafsynth_driver::split::Item;
+use grafsynth_driver::split::{Item, RequestedPart};
 use grafsynth_ir::Gather;
 use grafsynth_ir::net::{Enter, Net};
 use grafsynth_ir::{Span, Valid, counted};
@@ -25,22 +25,30 @@ pub(super) fn split_parts(
     let requested = parts(&[], &partition)?;
     let written = Written { path: Some(path), partition: &partition };
     let places = places(session, net, &[], written, &requested)?;
+    let placed = places.into_iter().filter_map(|place| match place.item {
+        Item::Step(step) => Some((net.steps[step].meta.span, place.part)),
+        Item::Transition(transition) => Some((net.transitions[transition].meta.span, place.part)),
+        _ => None,
+    });
+    Ok(parts_with(&requested, placed))
+}
+
+/// The parts with the source locations of their steps and transitions.
+pub(super) fn parts_with(
+    requested: &[RequestedPart],
+    placed: impl IntoIterator<Item = (Span, usize)>,
+) -> Vec<Part> {
     let named = requested.iter().map(|part| {
         let name = format!("{} = {}", part.name, part.device.name());
         Part { name, elements: BTreeSet::new() }
     });
     let mut parts: Vec<Part> = named.collect();
-    for place in places {
-        let span = match place.item {
-            Item::Step(step) => net.steps[step].meta.span,
-            Item::Transition(transition) => net.transitions[transition].meta.span,
-            _ => continue,
-        };
-        if let Some(part) = parts.get_mut(place.part) {
+    for (span, part) in placed {
+        if let Some(part) = parts.get_mut(part) {
             part.elements.insert(span);
         }
     }
-    Ok(parts)
+    parts
 }
 
 /// The number of reactions of a stimulus in which each step was active and each transition fired; `None` if the stimulus has errors, which were shown.

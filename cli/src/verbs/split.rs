@@ -1,16 +1,20 @@
 //! `grafsynth split FILE --part chip=gal22v10 --part cpu=atmega328p -o DIR`.
 
 use super::build::HostC;
+use super::build_outputs::report_files;
 use super::build_results::{know, say};
-use crate::args::Split as Arguments;
+use super::draw_overlays::parts_with;
+use crate::args::{ReportForm, Split as Arguments};
 use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use crate::partition::{COMPILE, FITS, Written, partition_file, parts, places};
 use crate::progress;
 use crate::report::{About, Answer, Status};
-use grafsynth_driver::pipeline::{self, BuildOptions};
-use grafsynth_driver::read::Design;
+use grafsynth_draw::{BarRow, BarTable, bars, svg};
+use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
+
+use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_driver::report::{Outcome, OutputReport};
 use grafsynth_driver::split::{self, Cpu, Linked, Objective, Request, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
@@ -18,6 +22,7 @@ use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
 use grafsynth_verify::verdict::Verdict;
+use std::path::Path;
 
 pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, Stop> {
     let file = &arguments.input.file;
@@ -36,6 +41,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         return Ok(Exit::Errors);
     }
     if arguments.explore {
+        let is_drawing =
+            |path: &Path| path.extension().is_some_and(|it| it.eq_ignore_ascii_case("svg"));
+        if arguments.output != Path::new(".") && !is_drawing(&arguments.output) {
+            return Err(Stop::Usage(
+                "`--explore` writes one drawing: use `-o FILE.svg`, or leave `-o` out".to_owned(),
+            ));
+        }
         session.show(&found);
         return explore(session, arguments, net);
     }
@@ -86,7 +98,12 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         }
     };
     let table = arguments.table.then(|| split::table(net, &split, &link, &request));
-    let exit = finish(session, arguments, net, &stem, (split, &parts), (made_of, link), found)?;
+    let report = match arguments.report {
+        None => Vec::new(),
+        Some(form) => report(form, &design, (&split, &link), &request),
+    };
+    let made = (made_of, link, report);
+    let exit = finish(session, arguments, net, &stem, (split, &parts), made, found)?;
     if let Some(table) = table {
         session.tell(&format!("\n{table}\n"));
     }
@@ -156,10 +173,11 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
     let rows = front(&found);
     if !rows.is_empty() {
         session.tell(&costs_table(&rows));
+        draw(session, arguments, net, &rows)?;
     }
     let beaten = found.len() - rows.len();
     session.tell(&format!(
-        "{} compared, {beaten} not shown, because another split is at least as good in every column. Nothing was proved or written.\n",
+        "{} compared, {beaten} not shown, because another split is at least as good in every column. Nothing was proved, and no part was written.\n",
         counted(found.len(), "split", "splits")
     ));
     refused.iter().for_each(|why| session.tell(&format!("no split on {why}\n")));
@@ -182,15 +200,49 @@ fn front(found: &[Choice]) -> Vec<&Choice> {
     rows
 }
 
+/// Writes the drawing of `-o FILE.svg`.
+fn draw(session: &Session, arguments: &Arguments, net: &Net, rows: &[&Choice]) -> Result<(), Stop> {
+    let file = &arguments.output;
+    if file.as_path() == Path::new(".") {
+        return Ok(());
+    }
+    let known = |value: Option<u64>, text: String| {
+        (value, if value.is_some() { text } else { "not known".to_owned() })
+    };
+    let row = |(devices, objective, costs): &&Choice| BarRow {
+        name: format!("{devices} ({})", objective.name()),
+        cells: vec![
+            (Some(costs.cells), costs.cells.to_string()),
+            (Some(costs.pins), costs.pins.to_string()),
+            known(costs.cycles, costs.cycles.unwrap_or_default().to_string()),
+            known(costs.reaction_ns, split::rounded(costs.reaction_ns.unwrap_or_default())),
+        ],
+    };
+    let titles = ["macrocells", "pins of the CPU", "cycles of the CPU", "time of a reaction"];
+    let table = BarTable {
+        title: format!("Splits of {}", net.name),
+        columns: titles.map(str::to_owned).to_vec(),
+        rows: rows.iter().map(row).collect(),
+        notes: vec![
+            "Each row is the best split for its devices and its objective. No other one is as good in all columns and better in one.".to_owned(),
+            "Shorter bars are better. Cycles and times of the link are estimated. Nothing was proved.".to_owned(),
+        ],
+    };
+    let text = svg(&bars(&table));
+    files::write_named(vec![(file.clone(), text.into_bytes())])?;
+    session.tell(&format!("wrote {}\n", file.display()));
+    Ok(())
+}
+
 fn costs_table(rows: &[&Choice]) -> String {
-    let mut text = "| devices | minimised | macrocells | wires | cycles of the CPU | reaction |\n|---|---|---|---|---|---|\n".to_owned();
+    let mut text = "| devices | minimised | macrocells | pins of the CPU | cycles of the CPU | reaction |\n|---|---|---|---|---|---|\n".to_owned();
     let known = |value: Option<String>| value.unwrap_or_else(|| "not known".to_owned());
     for (devices, objective, costs) in rows {
         text += &format!(
             "| {devices} | {} | {} | {} | {} | {} |\n",
             objective.name(),
             costs.cells,
-            costs.wires,
+            costs.pins,
             known(costs.cycles.map(|cycles| cycles.to_string())),
             known(costs.reaction_ns.map(split::rounded)),
         );
@@ -228,7 +280,7 @@ fn finish(
     net: &Valid<Net>,
     stem: &FileStem,
     (split, parts): (Split, &[RequestedPart]),
-    (made_of, link): (Vec<files::Hashed>, Linked),
+    (made_of, link, report): (Vec<files::Hashed>, Linked, Vec<OutputFile>),
     found: Vec<grafsynth_ir::Diagnostic>,
 ) -> Result<Exit, Stop> {
     let worst =
@@ -248,7 +300,7 @@ fn finish(
     session.show(&found);
     if unwritten.is_none() {
         let of_parts = split.parts.iter().flat_map(|part| &part.built.files);
-        let written = of_parts.chain(&link.files).map(|file| files::Output {
+        let written = of_parts.chain(&link.files).chain(&report).map(|file| files::Output {
             name: file.name.clone(),
             bytes: file.text.clone().into_bytes(),
             keep_existing: file.keep_existing,
@@ -272,9 +324,9 @@ fn finish(
         let lines: Vec<OutputReport> = part.built.lines.clone();
         say(session, own, None, &lines, None)?;
     }
-    session.tell(&format!("minimised: {}\n", split.said(arguments.minimise)));
-    session.tell(&format!("{}\n", memory(&split, link.cpu)));
-    session.tell(&format!("{}\n", round(&link)));
+    for line in summary(&split, &link, arguments.minimise) {
+        session.tell(&format!("{line}\n"));
+    }
     let (status, message) = joined(&split);
     let answer = Answer::new(About::Output, "joined parts", status, message.as_str());
     session.answer(&answer, &format!("joined parts: {message}\n"));
@@ -305,6 +357,37 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
         counted(transitions, "transition", "transitions"),
         counted(out, "wire", "wires"),
     )
+}
+
+/// The report, with the drawing of the chart in the colours of the parts.
+fn report(
+    form: ReportForm,
+    design: &NetDesign,
+    (split, link): (&Split, &Linked),
+    request: &Request<'_>,
+) -> Vec<OutputFile> {
+    let net = &design.net;
+    let summary = summary(split, link, request.objective);
+    let (status, message) = joined(split);
+    let document =
+        split::report(net, (split, link), request, &summary, (status.name(), message.as_str()));
+    let owners = &split.division.owners;
+    let steps = net.steps.iter().map(|(id, step)| (step.meta.span, owners.steps[id]));
+    let transitions = net.transitions.iter();
+    let transitions = transitions.map(|(id, it)| (it.meta.span, owners.transitions[id]));
+    let parts = parts_with(request.parts, steps.chain(transitions));
+    let drawn = grafsynth_draw::Options { parts: &parts, ..grafsynth_draw::Options::default() };
+    let chart = design.chart.as_ref().map(|chart| (chart, &drawn));
+    let mut files = report_files(form, &document, chart, request.stem);
+    // The drawing of the wiring is an output of its own.
+    files.retain(|file| !link.files.iter().any(|other| other.name == file.name));
+    files
+}
+
+/// What is said about the whole split: its objective, the memories of the CPU, and the time of a reaction.
+fn summary(split: &Split, link: &Linked, objective: Objective) -> [String; 3] {
+    let minimised = format!("minimised: {}", split.said(objective));
+    [minimised, memory(split, link.cpu), round(link)]
 }
 
 /// The memories of the CPU.

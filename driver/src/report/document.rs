@@ -130,7 +130,7 @@ impl From<&str> for Inline {
 impl Rich {
     /// A sentence: in `words`, which are always words of this program, `` `..` `` is code and each `{}` is replaced by the next value. A value is never read as
     /// words.
-    pub(super) fn say<const N: usize>(words: &str, values: [Inline; N]) -> Self {
+    pub(crate) fn say<const N: usize>(words: &str, values: [Inline; N]) -> Self {
         let mut runs = Vec::new();
         let mut values = values.into_iter();
         for (at, part) in words.split('`').enumerate() {
@@ -152,17 +152,17 @@ impl Rich {
     }
 
     /// A value.
-    pub(super) fn plain(text: impl Into<String>) -> Self {
+    pub(crate) fn plain(text: impl Into<String>) -> Self {
         Rich(vec![Inline::Text(text.into())])
     }
 
     /// A message of the tool.
-    pub(super) fn message(text: impl Into<String>) -> Self {
+    pub(crate) fn message(text: impl Into<String>) -> Self {
         Rich(vec![Inline::Message(text.into())])
     }
 
     /// A verdict.
-    pub(super) fn verdict(word: &'static str) -> Self {
+    pub(crate) fn verdict(word: &'static str) -> Self {
         let verdict = match word {
             "proved" => Verdict::Good,
             "refuted" => Verdict::Bad,
@@ -172,7 +172,7 @@ impl Rich {
     }
 
     /// Adds another text after this one.
-    pub(super) fn and(mut self, mut more: Rich) -> Self {
+    pub(crate) fn and(mut self, mut more: Rich) -> Self {
         self.0.append(&mut more.0);
         Rich(joined(self.0))
     }
@@ -210,40 +210,40 @@ pub struct Table {
 
 impl Table {
     /// An empty table with these column titles, which are words as in [`Rich::say`].
-    pub(super) fn new<const N: usize>(head: [&str; N]) -> Self {
+    pub(crate) fn new<const N: usize>(head: [&str; N]) -> Self {
         Self::of(head.iter().map(|title| Rich::say(title, [])).collect())
     }
 
     /// An empty table with these column titles.
-    pub(super) fn of(head: Vec<Rich>) -> Self {
+    pub(crate) fn of(head: Vec<Rich>) -> Self {
         Table { head, rows: Vec::new(), bars: None }
     }
 
     /// The table with bars for the numbers of a column.
-    pub(super) fn with_bars(mut self, column: usize) -> Self {
+    pub(crate) fn with_bars(mut self, column: usize) -> Self {
         self.bars = Some(column);
         self
     }
 
     /// Adds a row with one cell for each column.
-    pub(super) fn add(&mut self, cells: Vec<Rich>) {
+    pub(crate) fn add(&mut self, cells: Vec<Rich>) {
         self.rows.push(cells);
     }
 
     /// Adds a row of texts.
-    pub(super) fn row<const N: usize>(&mut self, cells: [String; N]) {
+    pub(crate) fn row<const N: usize>(&mut self, cells: [String; N]) {
         self.rows.push(cells.into_iter().map(Rich::plain).collect());
     }
 
     /// Replaces a cell of the last row.
-    pub(super) fn set_last(&mut self, column: usize, text: Rich) {
+    pub(crate) fn set_last(&mut self, column: usize, text: Rich) {
         if let Some(cell) = self.rows.last_mut().and_then(|row| row.get_mut(column)) {
             *cell = text;
         }
     }
 
     /// True if it has no rows.
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 }

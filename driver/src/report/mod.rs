@@ -27,7 +27,7 @@ mod markdown;
 mod pins;
 mod power_up;
 mod programming;
-mod proofs;
+pub(crate) mod proofs;
 mod requirements;
 
 #[cfg(test)]

@@ -30,7 +30,7 @@ pub(super) fn write(subject: &Subject<'_>) -> Vec<Block> {
 }
 
 /// An output: the parts of its line as a list.
-fn of_line(line: &OutputReport) -> Item {
+pub(crate) fn of_line(line: &OutputReport) -> Item {
     let name = Inline::Strong(line.name.clone());
     Item {
         text: Rich::say("{}: ", [name]).and(Rich::verdict(line.outcome().name())),

@@ -1,6 +1,7 @@
 //! What a chart costs with some devices: the points among which a designer chooses.
 
-use super::{Request, Split, link, split};
+use super::table::cpu_pins;
+use super::{Linked, Request, Split, link, split};
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Severity;
 use grafsynth_ir::net::Net;
@@ -10,8 +11,8 @@ use grafsynth_ir::net::Net;
 pub struct Costs {
     /// The macrocells of all chips.
     pub cells: u64,
-    /// The wires between the parts.
-    pub wires: u64,
+    /// The pins of the CPU: for the link, and for the inputs and outputs of the plant.
+    pub pins: u64,
     /// The maximum number of cycles of the part on the CPU in a round; `None` if they are not known.
     pub cycles: Option<u64>,
     /// The longest time of a reaction in nanoseconds, with an estimate for the link; `None` if it is not known.
@@ -19,11 +20,12 @@ pub struct Costs {
 }
 
 impl Costs {
-    fn of(split: &Split, round: Option<super::Round>) -> Costs {
+    fn of(net: &Net, split: &Split, linked: &Linked) -> Costs {
+        let round = linked.round.as_ref().ok();
         let chips = split.parts.iter().flat_map(|part| &part.built.chips);
         Costs {
             cells: chips.map(|chip| chip.cells.len() as u64).sum(),
-            wires: split.division.wires.len() as u64,
+            pins: cpu_pins(net, split, linked),
             cycles: round.map(|round| round.step),
             reaction_ns: round.map(|round| round.ns),
         }
@@ -32,7 +34,7 @@ impl Costs {
     /// The costs as numbers that can be compared. A cost that is not known is the largest number.
     fn all(self) -> [u64; 4] {
         let known = |value: Option<u64>| value.unwrap_or(u64::MAX);
-        [self.cells, self.wires, known(self.cycles), known(self.reaction_ns)]
+        [self.cells, self.pins, known(self.cycles), known(self.reaction_ns)]
     }
 
     /// True if the other split is not worse in anything, and better in something.
@@ -50,7 +52,7 @@ impl Costs {
 pub fn costs(net: &Valid<Net>, request: &Request<'_>) -> Result<Costs, String> {
     let made = split(net, request).and_then(|split| {
         let linked = link(net, &split, request.parts, request.stem)?;
-        Ok(Costs::of(&split, linked.round.ok()))
+        Ok(Costs::of(net, &split, &linked))
     });
     made.map_err(|found| {
         let error = found.iter().find(|one| one.severity == Severity::Error);

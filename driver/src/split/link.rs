@@ -8,17 +8,17 @@ use crate::stem::FileStem;
 use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Gather;
-use grafsynth_ir::division::Division;
+use grafsynth_ir::division::{Division, PartNet, Shown};
 use grafsynth_ir::duration;
-use grafsynth_ir::logic::PinRole;
-use grafsynth_ir::net::{Net, Transition};
+use grafsynth_ir::logic::{Logic, Node, NodeId, PinOutput, PinRole};
+use grafsynth_ir::net::{InputId, Net, Transition};
 use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
     self, Calls, ChipPins, ChipSignal, CpuNames, Link, Object, Timing, calls, check, files,
-    round_cycles, smallest_program, wiring_md, wiring_svg,
+    round_cycles, smallest_program, wiring_md, wiring_rows, wiring_svg,
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A link with the data from which its files are printed.
 #[derive(Debug, Clone)]
@@ -35,6 +35,8 @@ pub struct Linked {
     pub calls: Calls,
     /// The text of the smallest program that uses it, whose sizes are those of the part on the CPU.
     pub main: String,
+    /// The rows of the wiring table.
+    pub wiring: Vec<[String; 5]>,
     /// Its C, the wiring table and the wiring diagram.
     pub files: Vec<OutputFile>,
     /// The longest time of a reaction, or the reason why it is not known.
@@ -110,7 +112,7 @@ fn link_on(
         vec![found.help("this is a bug in grafsynth: please report it with the chart")]
     };
     let mut chips = Vec::new();
-    for (part, requested) in built.iter().zip(parts) {
+    for ((part, requested), of_division) in built.iter().zip(parts).zip(&division.parts) {
         if let PartDevice::Chip(device) = requested.device {
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
@@ -122,7 +124,7 @@ fn link_on(
                 let found = Diagnostic::error(codes::NO_PARTITION, message);
                 return Err(vec![found.help("use a larger chip, or place fewer objects on it")]);
             };
-            chips.push(pins(chip, device.name).map_err(bug)?);
+            chips.push(pins(chip, of_division, device.name).map_err(bug)?);
         }
     }
     let package = built.last().and_then(|part| part.built.packages.first());
@@ -141,7 +143,7 @@ fn link_on(
         timing: Timing::default(),
     };
     let link = link::link(&wanted)?;
-    check(&link.acts, &link.connections, division, &chips)
+    check(&link, net, division, &chips)
         .map_err(|breach| bug(format!("the link does not perform exactly one round: {breach}")))?;
     let round = round(net, package, &wanted, &link);
     let driver = files(&wanted, &link).into_iter();
@@ -151,8 +153,8 @@ fn link_on(
     all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&wanted, &link)));
     all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&wanted, &link)));
     let calls = calls(&wanted, &link);
-    let main = smallest_program(&wanted, &link);
-    Ok(Linked { link, chips, cpu, name, calls, main, files: all, round })
+    let (main, wiring) = (smallest_program(&wanted, &link), wiring_rows(&wanted, &link));
+    Ok(Linked { link, chips, cpu, name, calls, main, wiring, files: all, round })
 }
 
 fn round(
@@ -216,7 +218,7 @@ fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
 }
 
 /// The pins of a fitted chip, with the meanings of their signals.
-fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
+fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
     let pin_of = |name: &str| {
         let signal = chip.signals.iter().find(|signal| signal.name == name);
         let signal = signal.ok_or_else(|| format!("the {device} has no signal `{name}`"))?;
@@ -225,6 +227,7 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
     let mut pins = ChipPins {
         device: device.to_owned(),
         grounded: chip.enables.clone(),
+        held: held(&chip.read_back, part),
         ..ChipPins::default()
     };
     for input in chip.circuit.inputs.values() {
@@ -251,6 +254,40 @@ fn pins(chip: &Chip, device: &str) -> Result<ChipPins, String> {
     let clock = chip.signals.iter().find(|signal| signal.kind == Kind::Clock);
     pins.clock = clock.and_then(|signal| signal.pin);
     Ok(pins)
+}
+
+/// The inputs on which a flip-flop or a wire of a chip depends, according to its fuses or text.
+fn held(logic: &Logic, part: &PartNet) -> BTreeSet<InputId> {
+    let is_plain = |output: &&PinOutput| {
+        let shown = match output.role {
+            PinRole::Output(id, _) => part.outputs.iter().find(|(own, _)| *own == id),
+            _ => None,
+        };
+        let is_of_plant = matches!(shown, Some((_, Shown::Output(_))));
+        is_of_plant && output.registered.is_none() && !output.mealy
+    };
+    let outputs = logic.outputs.values().filter(|output| !is_plain(output));
+    let mut open: Vec<NodeId> = logic.flops.values().map(|flop| flop.next).collect();
+    open.extend(outputs.map(|output| output.value));
+    let (mut seen, mut held) = (BTreeSet::new(), BTreeSet::new());
+    while let Some(node) = open.pop() {
+        if !seen.insert(node) {
+            continue;
+        }
+        match &logic.nodes[node] {
+            Node::Const(_) | Node::Flop(_) => {}
+            Node::Input(input) => {
+                if let PinRole::Input(id, _) = logic.inputs[*input].role {
+                    held.insert(id);
+                }
+            }
+            Node::Not(one) => open.push(*one),
+            Node::And(all) | Node::Or(all) => open.extend(all),
+            Node::Xor(one, other) => open.extend([one, other]),
+            Node::Mux(one, then, otherwise) => open.extend([one, then, otherwise]),
+        }
+    }
+    held
 }
 
 /// The interface of the C of the last part.

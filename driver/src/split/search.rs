@@ -40,6 +40,10 @@ pub(super) struct Fitted {
     pub(super) chips: Vec<BuiltPart>,
     /// The number of partitions that were built and did not fit.
     pub(super) unfit: usize,
+    /// The number of partitions that were built.
+    pub(super) builds: usize,
+    /// The number of sets of decisions that were excluded without a build.
+    pub(super) cuts: usize,
     /// The memories that the part on the CPU needs.
     pub(super) memory: Result<Memory, String>,
 }
@@ -50,8 +54,15 @@ pub(super) fn search(
     groups: &Groups,
     request: &Request<'_>,
 ) -> Result<Fitted, Vec<Diagnostic>> {
-    let mut search =
-        Search { net, groups, request, unfit: 0, last: Vec::new(), least_excess: u64::MAX };
+    let mut search = Search {
+        net,
+        groups,
+        request,
+        unfit: 0,
+        builds: 0,
+        last: Vec::new(),
+        least_excess: u64::MAX,
+    };
     let first = search.by_estimates();
     search.by_bounds(first)
 }
@@ -61,6 +72,7 @@ struct Search<'a> {
     groups: &'a Groups,
     request: &'a Request<'a>,
     unfit: usize,
+    builds: usize,
     /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
     last: Vec<Diagnostic>,
     /// How many bytes too large that part was.
@@ -175,7 +187,10 @@ impl Search<'_> {
             }
         };
         match best {
-            Some(best) => Ok(Fitted { bound: bound.min(best.value), unfit: self.unfit, ..*best }),
+            Some(best) => {
+                let (unfit, builds) = (self.unfit, self.builds);
+                Ok(Fitted { bound: bound.min(best.value), unfit, builds, cuts, ..*best })
+            }
             None => Err(self.nothing_fits(estimated, ended, excluded.is_empty())),
         }
     }
@@ -210,6 +225,7 @@ impl Search<'_> {
     fn fit(&mut self, partition: Partition) -> Result<Fit, Vec<Diagnostic>> {
         let names: Vec<String> = self.request.parts.iter().map(|part| part.name.clone()).collect();
         let division = divide(self.net, self.groups, partition.owners.clone(), &names)?;
+        self.builds += 1;
         let mut chips = Vec::new();
         for (at, requested) in self.request.parts.iter().enumerate() {
             if let PartDevice::Cpu(_) = requested.device {
@@ -254,7 +270,9 @@ impl Search<'_> {
             Objective::Cycles | Objective::Pins => partition.evaluation.value,
         };
         let bound = i64::MIN;
-        let fitted = Fitted { partition, value, bound, division, chips, unfit: 0, memory };
+        let (unfit, builds, cuts) = (0, 0, 0);
+        let fitted =
+            Fitted { partition, value, bound, division, chips, unfit, builds, cuts, memory };
         Ok(Fit::Fits(Box::new(fitted)))
     }
 

@@ -10,27 +10,63 @@ use grafsynth_backend_c::cost;
 use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::Severity;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{InputId, Net};
 use grafsynth_split::cpu::{Cpu, cpu};
 use grafsynth_split::link::Connection;
 use std::collections::BTreeSet;
 
-/// One way to build the chart.
-struct Way {
-    name: String,
-    cells: String,
-    chip_pins: String,
-    cpu_pins: String,
-    flash: String,
-    ram: String,
-    cycles: String,
-    latency: String,
+/// One way to build the chart, with its costs as texts.
+pub(super) struct Way {
+    pub(super) name: String,
+    pub(super) cells: String,
+    pub(super) chip_pins: String,
+    pub(super) cpu_pins: String,
+    pub(super) flash: String,
+    pub(super) ram: String,
+    pub(super) cycles: String,
+    pub(super) latency: String,
+}
+
+impl Way {
+    /// The titles of the columns.
+    pub(super) const HEAD: [&'static str; 8] = [
+        "",
+        "macrocells",
+        "pins of the chips",
+        "pins of the CPU",
+        "flash",
+        "RAM",
+        "worst-case cycles",
+        "latency",
+    ];
+
+    /// The texts of the columns.
+    pub(super) fn row(self) -> [String; 8] {
+        let Way { name, cells, chip_pins, cpu_pins, flash, ram, cycles, latency } = self;
+        [name, cells, chip_pins, cpu_pins, flash, ram, cycles, latency]
+    }
 }
 
 /// The table in Markdown: a row for each chip alone, for the CPU alone, and for the split. Cycles are the bound of `build`, for the split with an
 /// estimate for the link; the latency is that of one reaction. Nothing is proved.
 #[must_use]
 pub fn table(net: &Valid<Net>, split: &Split, linked: &Linked, request: &Request<'_>) -> String {
+    let line = |cells: [String; 8]| {
+        format!("| {} |\n", cells.map(|it| it.replace('|', "\\|")).join(" | "))
+    };
+    let head = format!("| {} |\n", Way::HEAD.join(" | ").trim_start());
+    let rows: String =
+        ways(net, split, linked, request).into_iter().map(|way| line(way.row())).collect();
+    format!("{head}|{}\n{rows}", "---|".repeat(Way::HEAD.len()))
+}
+
+/// The chart on each chip alone, on the CPU alone, and as the split.
+pub(super) fn ways(
+    net: &Valid<Net>,
+    split: &Split,
+    linked: &Linked,
+    request: &Request<'_>,
+) -> Vec<Way> {
     let options = BuildOptions { prove: false, ..request.options.clone() };
     let request = Request { options: &options, ..*request };
     let mut ways: Vec<Way> = Vec::new();
@@ -46,14 +82,23 @@ pub fn table(net: &Valid<Net>, split: &Split, linked: &Linked, request: &Request
         });
     }
     ways.push(both(net, split, linked));
-    let mut text = "| | macrocells | pins of the chips | pins of the CPU | flash | RAM | worst-case cycles | latency |\n|---|---|---|---|---|---|---|---|\n".to_owned();
-    for way in ways {
-        let Way { name, cells, chip_pins, cpu_pins, flash, ram, cycles, latency } = way;
-        text += &format!(
-            "| {name} | {cells} | {chip_pins} | {cpu_pins} | {flash} | {ram} | {cycles} | {latency} |\n"
-        );
-    }
-    text
+    ways
+}
+
+/// The pins of the CPU: for the link, and for the inputs and outputs of the plant. An input that is wired to chips alone needs none.
+pub(super) fn cpu_pins(net: &Net, split: &Split, linked: &Linked) -> u64 {
+    let cpu = linked.chips.len();
+    let at_cpu = |one: &Connection| {
+        let mut ends = [&one.from].into_iter().chain(&one.to);
+        ends.any(|end| end.part == cpu)
+    };
+    let link = linked.link.connections.iter().filter(|one| at_cpu(one)).count() as u64;
+    let own = |id| split.division.owners.outputs[id] == cpu;
+    let outputs = net.outputs.iter().filter(|(id, it)| !it.is_extern() && own(*id));
+    let outputs: u64 = outputs.map(|(_, it)| bits(it.ty)).sum();
+    let direct: BTreeSet<InputId> = linked.link.direct.iter().map(|one| one.input).gather();
+    let direct: u64 = direct.into_iter().map(|id| bits(net.inputs[id].ty)).sum();
+    (input_bits(net) + outputs + link).saturating_sub(direct)
 }
 
 fn dash() -> String {
@@ -80,7 +125,7 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
             let why = why.unwrap_or_else(|| "no circuit".to_owned());
             Way {
                 name,
-                cells: why.replace('|', "\\|"),
+                cells: why,
                 chip_pins: dash(),
                 cpu_pins: dash(),
                 flash: dash(),
@@ -113,21 +158,13 @@ fn cpu_alone(net: &Net, name: &str, built: &BuiltPart, compile: Option<Compile>)
 
 fn both(net: &Net, split: &Split, linked: &Linked) -> Way {
     let of_chips = || split.parts.iter().take(linked.chips.len());
-    let at_cpu = |one: &Connection| {
-        let mut ends = [&one.from].into_iter().chain(&one.to);
-        ends.any(|end| end.part == linked.chips.len())
-    };
-    let wires = linked.link.connections.iter().filter(|one| at_cpu(one)).count() as u64;
-    let own = |id| split.division.owners.outputs[id] == linked.chips.len();
-    let outputs = net.outputs.iter().filter(|(id, it)| !it.is_extern() && own(*id));
-    let outputs: u64 = outputs.map(|(_, it)| bits(it.ty)).sum();
     let round = linked.round.as_ref();
     let [flash, ram] = memories(Some(linked.cpu), &split.memory);
     Way {
         name: "split".to_owned(),
         cells: of_chips().map(cells).sum::<u64>().to_string(),
         chip_pins: of_chips().map(pins).sum::<u64>().to_string(),
-        cpu_pins: (input_bits(net) + outputs + wires).to_string(),
+        cpu_pins: cpu_pins(net, split, linked).to_string(),
         flash,
         ram,
         cycles: round.map_or_else(

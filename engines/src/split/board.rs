@@ -53,6 +53,21 @@ impl<'a> Board<'a> {
         self.linked.chips.len()
     }
 
+    /// The plant gives the inputs of a row to the chips that have them without the CPU; `inverted` gives the opposite levels.
+    pub(super) fn supply(&mut self, net: &Net, input: &InputRow, inverted: bool) {
+        let linked = self.linked;
+        for one in &linked.link.direct {
+            let offset = input.value(one.input).abs_diff(net.inputs[one.input].ty.bounds().0);
+            let level = offset.checked_shr(one.bit).unwrap_or(0) & 1 == 1;
+            for end in &one.to {
+                if let Some(chip) = self.chips.get_mut(end.part) {
+                    chip.put(end.pin, level != inverted);
+                }
+            }
+        }
+        self.update();
+    }
+
     /// The CPU drives a pin, or makes it an input.
     pub(super) fn set(&mut self, pin: u32, level: Option<bool>) {
         let before = self.driven.get(&pin).copied();

@@ -7,10 +7,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
+use grafsynth_ir::Gather;
 use grafsynth_ir::division::{Division, PartIndex, Shown, Signal, Source};
-use grafsynth_ir::net::{InputId, OutputId};
+use grafsynth_ir::net::{
+    Driver, Expr, InputId, InputKind, Leaf, Net, Output, OutputId, Property, PropertyLeaf,
+    PropertyRole,
+};
 
-use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, End, Object, Put};
+use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, Direct, End, Link, Object, Put};
 
 /// Why the acts are not one round.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -34,6 +38,8 @@ pub enum Why {
     Direction(End),
     /// A connection is labelled with a different signal from the one that its pins carry.
     Label(ConnectionIndex),
+    /// An input that is wired to chips alone has an effect on more than their combinational outputs, is also passed on, or is not a pin of the plant.
+    Latched(InputId),
     /// An act names an unknown connection or object, or the wrong end of a connection.
     Unknown,
     /// An act is repeated.
@@ -72,6 +78,11 @@ impl fmt::Display for Breach {
                     at + 1
                 )
             }
+            Why::Latched(input) => write!(
+                f,
+                "input {} is wired to chips alone, but must be latched by the CPU",
+                input.index() + 1
+            ),
             Why::Unknown => f.write_str("unknown connection or object"),
             Why::Again => f.write_str("it is repeated in this round"),
             Why::Early => f.write_str("it comes before an operation that it depends on"),
@@ -115,19 +126,19 @@ enum Value {
     Plant(OutputId, u32),
 }
 
-/// Checks that the acts make one round of the division (semantics §10.3).
+/// Checks that the acts of a link make one round of the division of a net (semantics §10.3), and that only inputs without an effect on states and wires bypass the CPU.
 ///
 /// # Errors
 /// The first rule that is broken.
 pub fn check(
-    acts: &[Act],
-    connections: &[Connection],
+    link: &Link,
+    net: &Net,
     division: &Division,
     chips: &[ChipPins],
 ) -> Result<(), Breach> {
     let nowhere = |why| Breach { at: None, why };
-    let mut run = Run::new(connections, division, chips).map_err(nowhere)?;
-    for (at, act) in acts.iter().enumerate() {
+    let mut run = Run::new(link, net, division, chips).map_err(nowhere)?;
+    for (at, act) in link.acts.iter().enumerate() {
         run.act(*act).map_err(|why| Breach { at: Some(at), why })?;
     }
     run.end().map_err(nowhere)
@@ -159,15 +170,18 @@ struct Run<'l> {
 
 impl<'l> Run<'l> {
     fn new(
-        connections: &'l [Connection],
+        link: &'l Link,
+        net: &Net,
         division: &'l Division,
         chips: &[ChipPins],
     ) -> Result<Self, Why> {
+        let connections = &link.connections;
         let cpu = chips.len();
         if division.parts.len() != cpu + 1 {
             return Err(Why::Parts);
         }
-        let (wanted, shown) = expectations(division, chips)?;
+        let (mut wanted, shown) = expectations(division, chips)?;
+        bypass(&link.direct, net, division, chips, &mut wanted)?;
         let mut at = BTreeMap::new();
         let mut values = Vec::new();
         for (index, one) in connections.iter().enumerate() {
@@ -411,6 +425,75 @@ impl<'l> Run<'l> {
         let is_complete = self.is_latched && self.has_reacted && is_over && is_asked;
         is_complete.then_some(()).ok_or(Why::Missing)
     }
+}
+
+/// Removes the pins that the plant drives from what the CPU must put on them.
+///
+/// The level of such a pin may change at any moment of the round. So no flip-flop, no wire and no output that belongs to the moment before the clock may depend on it, no
+/// part on the CPU may read it, and an assumption of the net may compare it only with other such pins, which have their levels at the same moment.
+fn bypass(
+    direct: &[Direct],
+    net: &Net,
+    division: &Division,
+    chips: &[ChipPins],
+    wanted: &mut Pins,
+) -> Result<(), Why> {
+    for one in direct {
+        for end in &one.to {
+            match wanted.remove(end) {
+                Some(Value::Input(input, bit)) if (input, bit) == (one.input, one.bit) => {}
+                _ => return Err(Why::Direction(*end)),
+            }
+        }
+    }
+    let all: BTreeSet<InputId> = direct.iter().map(|one| one.input).gather();
+    let is_direct = |value: &Value| matches!(value, Value::Input(input, _) if all.contains(input));
+    for input in &all {
+        let latched = Err(Why::Latched(*input));
+        if net.inputs.get(*input).is_none_or(|declared| declared.kind != InputKind::Pin) {
+            return latched;
+        }
+        for (at, part) in division.parts.iter().enumerate() {
+            for (own, _) in
+                part.inputs.iter().filter(|(_, source)| **source == Source::Input(*input))
+            {
+                if chips
+                    .get(at)
+                    .is_none_or(|chip| chip.held.contains(&own) || is_timed(&part.net, own))
+                {
+                    return latched;
+                }
+            }
+        }
+        let reads = |property: &Property, input: InputId| {
+            property.never.leaves().any(|leaf| *leaf == PropertyLeaf::Net(Leaf::Input(input)))
+        };
+        let compared = net
+            .properties
+            .iter()
+            .filter(|one| one.role == PropertyRole::Assume && reads(one, *input));
+        let mut others = compared.flat_map(|one| one.never.leaves());
+        if others.any(
+            |leaf| !matches!(leaf, PropertyLeaf::Net(Leaf::Input(other)) if all.contains(other)),
+        ) {
+            return latched;
+        }
+    }
+    match wanted.values().find(|value| is_direct(value)) {
+        Some(Value::Input(input, _)) => Err(Why::Latched(*input)),
+        _ => Ok(()),
+    }
+}
+
+/// True if an output of a part shows an input at a certain moment: before the clock edge, at it, or as part of an emergency, whose level in reset makes the outputs
+/// safe.
+fn is_timed(part: &Net, input: InputId) -> bool {
+    let reads = |expr: &Expr| expr.leaves().any(|leaf| *leaf == Leaf::Input(input));
+    let emergency = part.emergency.iter().any(|emergency| reads(&emergency.condition));
+    let of_moment =
+        |output: &&Output| output.registered || !matches!(output.driver, Driver::Continuous(_));
+    let outputs = part.outputs.values().filter(of_moment);
+    emergency || outputs.flat_map(|output| output.driver.exprs()).any(reads)
 }
 
 /// The values of pins.

@@ -9,10 +9,12 @@ use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{Expr, InputId, Leaf, Net, OutputId};
 
 use super::{
-    Act, Carries, ChipSignal, Connection, ConnectionIndex, End, Link, Object, Put, Request, Start,
+    Act, Carries, ChipSignal, Connection, ConnectionIndex, Direct, End, Link, Object, Put, Request,
+    Start,
 };
 use crate::codes;
 use crate::cpu::{Cpu, Pin};
+use crate::direct;
 
 /// Connects the parts, and lists the acts of a round.
 ///
@@ -22,7 +24,8 @@ use crate::cpu::{Cpu, Pin};
 /// # Errors
 /// An unknown pin or connection in the request, or one that is used twice; a signal without a pin on a chip; more signals than the CPU has pins.
 pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
-    let mut maker = Maker { request, connections: Vec::new(), findings: Vec::new() };
+    let mut maker =
+        Maker { request, connections: Vec::new(), direct: Vec::new(), findings: Vec::new() };
     maker.connect();
     if maker.findings.is_empty() {
         maker.assign_pins();
@@ -42,7 +45,8 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     };
     let start = maker.connections.iter().enumerate().filter_map(starts).collect();
     let most_rounds = rounds_of(request.net).map(|limit| limit.saturating_add(1));
-    Ok(Link { connections: maker.connections, acts, most_rounds, start })
+    let Maker { connections, direct, .. } = maker;
+    Ok(Link { connections, direct, acts, most_rounds, start })
 }
 
 /// A placeholder for a pin of the CPU that is not chosen yet; no package has a pin 0.
@@ -51,6 +55,7 @@ const NO_PIN: u32 = 0;
 struct Maker<'r> {
     request: &'r Request<'r>,
     connections: Vec<Connection>,
+    direct: Vec<Direct>,
     findings: Vec<Diagnostic>,
 }
 
@@ -126,9 +131,14 @@ impl Maker<'_> {
                 ends.entry((input, signal.bit)).or_default().push(End { part, pin: signal.pin });
             }
         }
+        let direct = direct::direct(request.net, request.division, request.chips);
         for ((input, bit), to) in ends {
             let declared = &request.net.inputs[input];
             let name = bit_name(&declared.name.text, declared.ty.is_bool(), bit);
+            if direct.contains(&input) {
+                self.direct.push(Direct { name: namer.name(&name), input, bit, to });
+                continue;
+            }
             self.driven(&name, Carries::Input { input, bit }, to, namer);
         }
     }

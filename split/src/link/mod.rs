@@ -7,7 +7,8 @@
 //!                                     wiring ► wiring.md, wiring.svg: printed from the connections
 //! ```
 //!
-//! All parts receive their inputs through the CPU, which latches them, and one clock signal clocks all chips.
+//! One clock signal clocks all chips. The parts receive their inputs through the CPU, which latches them; only an input that the CPU does not read, and that nothing but
+//! combinational outputs of chips depend on, is wired to the chips alone.
 
 mod check;
 mod files;
@@ -16,7 +17,7 @@ mod pins_text;
 mod time;
 mod wiring;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::division::{Division, PartIndex, Signal};
 use grafsynth_ir::net::{InputId, Net, OutputId};
@@ -27,7 +28,7 @@ pub use check::{Breach, Why, check};
 pub use files::{Calls, File, calls, files, smallest_program, smallest_program_alone};
 pub use make::link;
 pub use time::round_cycles;
-pub use wiring::{wiring_md, wiring_svg};
+pub use wiring::{wiring_md, wiring_rows, wiring_svg};
 
 /// The input of [`link`].
 #[derive(Debug, Clone)]
@@ -77,6 +78,8 @@ pub struct ChipPins {
     pub clock: Option<u32>,
     /// The pin that is 1 in a round in which a tick passes; `None` if the chip has no timer.
     pub tick: Option<u32>,
+    /// The inputs of the part on which a flip-flop or a wire of the fitted chip depends.
+    pub held: BTreeSet<InputId>,
     /// Pins that are connected to ground: they enable outputs while they are low.
     pub grounded: Vec<u32>,
 }
@@ -171,6 +174,19 @@ pub struct Connection {
     pub pull: Option<bool>,
 }
 
+/// An input of the plant that is wired to chips alone: the CPU neither reads it nor passes it on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Direct {
+    /// A name that no connection has.
+    pub name: String,
+    /// The input, in the net.
+    pub input: InputId,
+    /// The bit of the value minus the lower bound.
+    pub bit: u32,
+    /// The pins of the chips.
+    pub to: Vec<End>,
+}
+
 /// The index of a connection in [`Link::connections`].
 pub type ConnectionIndex = usize;
 
@@ -242,6 +258,8 @@ pub enum Act {
 pub struct Link {
     /// Clock, tick, inputs, wires, outputs to the plant.
     pub connections: Vec<Connection>,
+    /// The inputs that are wired to chips alone.
+    pub direct: Vec<Direct>,
     /// One round, in order.
     pub acts: Vec<Act>,
     /// The maximum number of rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after

@@ -23,28 +23,8 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
         );
     }
     text += "| connection | carries | from | to | resistor |\n|---|---|---|---|---|\n";
-    for one in &link.connections {
-        let to: Vec<String> = one.to.iter().map(|end| pin_text(request, *end)).collect();
-        let to = if to.is_empty() { "the plant".to_owned() } else { to.join(", ") };
-        let resistor = match one.pull {
-            Some(true) => format!("{} Ω to the supply", cpu.pull_ohms),
-            Some(false) => format!("{} Ω to ground", cpu.pull_ohms),
-            None => "none".to_owned(),
-        };
-        let from = pin_text(request, one.from);
-        _ = writeln!(
-            text,
-            "| {} | {} | {from} | {to} | {resistor} |",
-            one.name,
-            carried(request, one)
-        );
-    }
-    for (part, pin) in grounded(request) {
-        let name = part_name(request, part);
-        _ = writeln!(
-            text,
-            "| ground | enables outputs while it is low | ground | {name} {pin} | none |"
-        );
+    for [name, carried, from, to, resistor] in wiring_rows(request, link) {
+        _ = writeln!(text, "| {name} | {carried} | {from} | {to} | {resistor} |");
     }
     let used: Vec<u32> = link
         .connections
@@ -66,8 +46,47 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     );
     text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n\
              The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
-             Connect the inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n";
+             ";
+    text += if link.direct.is_empty() {
+        "Connect the inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n"
+    } else {
+        "Connect the other inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n\
+         The inputs that the table connects from the plant to chips are not connected to the CPU, which does not read them. Only outputs of these chips depend on them, and\n\
+         follow them at any time, also between two rounds and before the first one. Such an input has the value of the moment in which a round ends.\n"
+    };
     text
+}
+
+/// The rows of the wiring table: the name of a connection, what it carries, its pins, and its resistor.
+#[must_use]
+pub fn wiring_rows(request: &Request<'_>, link: &Link) -> Vec<[String; 5]> {
+    let cpu = request.cpu;
+    let ends = |all: &[End]| -> String {
+        let all: Vec<String> = all.iter().map(|end| pin_text(request, *end)).collect();
+        if all.is_empty() { "the plant".to_owned() } else { all.join(", ") }
+    };
+    let none = || "none".to_owned();
+    let mut rows = Vec::new();
+    for one in &link.connections {
+        let resistor = match one.pull {
+            Some(true) => format!("{} Ω to the supply", cpu.pull_ohms),
+            Some(false) => format!("{} Ω to ground", cpu.pull_ohms),
+            None => none(),
+        };
+        let carried = carried(request, one.carries);
+        rows.push([one.name.clone(), carried, ends(&[one.from]), ends(&one.to), resistor]);
+    }
+    for one in &link.direct {
+        let carries = Carries::Input { input: one.input, bit: one.bit };
+        let carried = carried(request, carries);
+        rows.push([one.name.clone(), carried, ends(&[]), ends(&one.to), none()]);
+    }
+    for (part, pin) in grounded(request) {
+        let chip = format!("{} {pin}", part_name(request, part));
+        let carried = "enables outputs while it is low".to_owned();
+        rows.push(["ground".to_owned(), carried, "ground".to_owned(), chip, none()]);
+    }
+    rows
 }
 
 /// The pins of chips that are connected to ground.
@@ -95,9 +114,9 @@ fn pin_text(request: &Request<'_>, end: End) -> String {
     }
 }
 
-fn carried(request: &Request<'_>, one: &Connection) -> String {
+fn carried(request: &Request<'_>, carries: Carries) -> String {
     let net = request.net;
-    match one.carries {
+    match carries {
         Carries::Clock => "clock of all chips".to_owned(),
         Carries::Tick => "1 if a tick passes".to_owned(),
         Carries::Input { input, bit } if net.inputs[input].ty.is_bool() => {
@@ -115,6 +134,10 @@ fn carried(request: &Request<'_>, one: &Connection) -> String {
         }
     }
 }
+
+/// The colours: those of paper, or of a dark screen if the viewer prefers it.
+const STYLE: &str = "<style>svg{background:#fff}line,rect{stroke:#111;fill:none}text{fill:#111}\
+    @media (prefers-color-scheme:dark){svg{background:#16181d}line,rect{stroke:#e8e8e8}text{fill:#e8e8e8}}</style>\n";
 
 /// The height of a row of the drawing; the following constants are the positions of its columns.
 const ROW: usize = 22;
@@ -138,6 +161,12 @@ pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
                 y += ROW;
             }
         }
+        for one in &link.direct {
+            for end in one.to.iter().filter(|end| end.part == part) {
+                outside(&mut body, end.pin, &format!("← {}: the plant", escape(&one.name)), y);
+                y += ROW;
+            }
+        }
         for (_, pin) in grounded(request).filter(|(at, _)| *at == part) {
             outside(&mut body, pin, "← ground", y);
             y += ROW;
@@ -154,7 +183,7 @@ pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
         &format!("{} {}", part_name(request, cpu), request.cpu.name),
     );
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"780\" height=\"{}\" viewBox=\"0 0 780 {0}\" font-family=\"sans-serif\" font-size=\"12\">\n{body}</svg>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"780\" height=\"{}\" viewBox=\"0 0 780 {0}\" font-family=\"sans-serif\" font-size=\"12\">\n{STYLE}{body}</svg>\n",
         y + 20
     )
 }
@@ -167,10 +196,7 @@ fn package(
     title: &str,
 ) {
     let (width, height) = (right - left, bottom.saturating_sub(top));
-    _ = writeln!(
-        body,
-        "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"black\"/>"
-    );
+    _ = writeln!(body, "<rect x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>");
     _ = writeln!(
         body,
         "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\" font-weight=\"bold\">{}</text>",
@@ -187,9 +213,8 @@ fn row(body: &mut String, request: &Request<'_>, one: &Connection, end: End, y: 
     let text_y = y + 4;
     let name = escape(&one.name);
     let at_cpu = ends(one).find(|other| other.part == cpu);
-    let line = |from: usize, to: usize| {
-        format!("<line x1=\"{from}\" y1=\"{y}\" x2=\"{to}\" y2=\"{y}\" stroke=\"black\"/>")
-    };
+    let line =
+        |from: usize, to: usize| format!("<line x1=\"{from}\" y1=\"{y}\" x2=\"{to}\" y2=\"{y}\"/>");
     if let Some(at_cpu) = at_cpu.filter(|at_cpu| is_driven || one.from == *at_cpu) {
         _ = writeln!(body, "{}", line(CPU_RIGHT, CHIP_LEFT));
         let pin = request
@@ -239,7 +264,7 @@ fn outside(body: &mut String, pin: u32, label: &str, y: usize) {
     let text_y = y + 4;
     _ = writeln!(
         body,
-        "<line x1=\"{CHIP_RIGHT}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\" stroke=\"black\"/>",
+        "<line x1=\"{CHIP_RIGHT}\" y1=\"{y}\" x2=\"{}\" y2=\"{y}\"/>",
         CHIP_RIGHT + 30
     );
     _ = writeln!(

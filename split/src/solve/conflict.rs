@@ -122,7 +122,8 @@ impl Filter<'_> {
 
     /// The minimum number of pins with which a problem is feasible, by bisection.
     fn pins_needed(&self, mut problem: Problem, part: PartIndex, have: u64) -> Option<u64> {
-        let (mut too_few, mut enough) = (have, (problem.wires.len() + problem.inputs.len()) as u64);
+        let of_inputs: u64 = problem.inputs.iter().map(|input| input.pins).sum();
+        let (mut too_few, mut enough) = (have, problem.wires.len() as u64 + of_inputs);
         while too_few + 1 < enough {
             let middle = too_few + (enough - too_few) / 2;
             problem.parts[part].pins = Some(middle);
@@ -159,6 +160,7 @@ fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usiz
         }
     }
     relaxed.wires.iter_mut().for_each(|wire| wire.cost = 0);
+    relaxed.inputs.iter_mut().for_each(|input| input.cost = 0);
     keep_indexed(&mut relaxed.together, |set| kept.contains(&Constraint::Together { set }));
     keep_indexed(&mut relaxed.forbidden, |set| kept.contains(&Constraint::Forbidden { set }));
     for (part, limits) in relaxed.parts.iter_mut().enumerate() {

@@ -288,9 +288,13 @@ impl<'a> Cut<'a> {
 
     fn add_net(&mut self, net: &Net, prices: &Prices) {
         let pins = [prices.pins[0] * net.pins, prices.pins[1] * net.pins];
-        if net.is_input {
-            self.add_any(net, 0, pins[0]);
-            self.add_any(net, 1, pins[1]);
+        if let Some(on) = net.input {
+            let cost = net.cost * UNIT;
+            let of = |part: PartIndex| if on == 1 << part { cost } else { 0 };
+            self.add_any(net, 0, pins[0] + of(0));
+            self.add_any(net, 1, pins[1] + of(1));
+            // Every member is on one of two parts.
+            self.constant += if on == 3 { cost } else { 0 };
             return;
         }
         let cost = net.cost * UNIT + pins[0] + pins[1];

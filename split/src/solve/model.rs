@@ -60,8 +60,8 @@ pub(super) struct Net {
     pub(super) members: Vec<usize>,
     /// The parts that have a placed member.
     pub(super) placed: Mask,
-    /// True if it has a pin on each part with a member, even if it is not cut.
-    pub(super) is_input: bool,
+    /// `None` for a wire. An input has a pin on each part with a member, even if it is not cut, and its cost if a member is on one of these parts.
+    pub(super) input: Option<Mask>,
     pub(super) cost: i64,
     /// The number of its pins on a part.
     pub(super) pins: i64,
@@ -70,12 +70,16 @@ pub(super) struct Net {
 impl Net {
     /// The parts on which it has a pin, if its members are on these parts.
     pub(super) fn pinned(&self, present: Mask) -> Mask {
-        if self.is_input || present.count_ones() > 1 { present } else { 0 }
+        if self.input.is_some() || present.count_ones() > 1 { present } else { 0 }
     }
 
     /// Its cost if its members are on these parts.
     pub(super) fn cost_on(&self, present: Mask) -> i64 {
-        if present.count_ones() > 1 { self.cost } else { 0 }
+        let costs = match self.input {
+            Some(on) => present & on != 0,
+            None => present.count_ones() > 1,
+        };
+        if costs { self.cost } else { 0 }
     }
 }
 
@@ -140,6 +144,9 @@ pub(super) fn whole(problem: &Problem) -> Model {
     Work::merged(problem).finish(problem)
 }
 
+/// Nets by members and kind (see [`Net::input`]), with cost and pins.
+type Nets = BTreeMap<(Vec<usize>, Option<Mask>), (i64, i64)>;
+
 /// Classes of nodes, and their remaining choices.
 struct Work {
     /// The class of each node.
@@ -147,8 +154,7 @@ struct Work {
     classes: Vec<FreeNode>,
     /// Open sets: class and part, of which one must be different.
     forbidden: Vec<BTreeSet<(usize, PartIndex)>>,
-    /// Nets by members and kind, with cost and pins.
-    nets: BTreeMap<(Vec<usize>, bool), (i64, i64)>,
+    nets: Nets,
     /// The use of the placed classes, by part and resource.
     used: Vec<Vec<i64>>,
     placed: Vec<bool>,
@@ -320,8 +326,8 @@ impl Work {
 
     /// Adds the nets that still depend on a free node; the other nets are decided.
     fn add_nets(&self, model: &mut Model, places: &[Origin]) {
-        let mut merged: BTreeMap<(Vec<usize>, Mask, bool), (i64, i64)> = BTreeMap::new();
-        for ((members, is_input), &(cost, pins)) in &self.nets {
+        let mut merged: BTreeMap<(Vec<usize>, Mask, Option<Mask>), (i64, i64)> = BTreeMap::new();
+        for ((members, input), &(cost, pins)) in &self.nets {
             let mut placed = 0;
             let mut open = Vec::new();
             for &member in members {
@@ -330,12 +336,12 @@ impl Work {
                     Origin::Free(node) => open.push(node),
                 }
             }
-            let sums = merged.entry((open, placed, *is_input)).or_default();
+            let sums = merged.entry((open, placed, *input)).or_default();
             sums.0 += cost;
             sums.1 += pins;
         }
-        for ((members, placed, is_input), (cost, pins)) in merged {
-            let net = Net { members, placed, is_input, cost, pins };
+        for ((members, placed, input), (cost, pins)) in merged {
+            let net = Net { members, placed, input, cost, pins };
             if net.members.is_empty() {
                 model.base += net.cost_on(placed);
                 parts_of(net.pinned(placed)).for_each(|part| {
@@ -383,20 +389,23 @@ fn classes(problem: &Problem) -> Vec<usize> {
 }
 
 /// The nets over classes, with the sums of cost and pins of equal nets.
-fn nets(problem: &Problem, class: &[usize]) -> BTreeMap<(Vec<usize>, bool), (i64, i64)> {
-    let mut nets: BTreeMap<(Vec<usize>, bool), (i64, i64)> = BTreeMap::new();
+fn nets(problem: &Problem, class: &[usize]) -> Nets {
+    let mut nets = Nets::new();
     let members = |nodes: &mut dyn Iterator<Item = NodeIndex>| {
         nodes.map(|node| class[node]).gather::<BTreeSet<_>>().into_iter().collect::<Vec<_>>()
     };
     for wire in &problem.wires {
         let members = members(&mut wire.readers.iter().copied().chain([wire.driver]));
         if members.len() > 1 {
-            let sums = nets.entry((members, false)).or_default();
+            let sums = nets.entry((members, None)).or_default();
             *sums = (sums.0 + wire.cost.cast_signed(), sums.1 + 1);
         }
     }
     for input in problem.inputs.iter().filter(|input| !input.readers.is_empty()) {
-        nets.entry((members(&mut input.readers.iter().copied()), true)).or_default().1 += 1;
+        let on = input.on.iter().fold(0, |mask, part| mask | 1 << part);
+        let members = members(&mut input.readers.iter().copied());
+        let sums = nets.entry((members, Some(on))).or_default();
+        *sums = (sums.0 + input.cost.cast_signed(), sums.1 + input.pins.cast_signed());
     }
     nets
 }

@@ -10,7 +10,7 @@ pub type NodeIndex = usize;
 
 /// Nodes to be placed on parts, at minimum cost.
 ///
-/// The cost of a placement is the sum of [`Choice::cost`] over the nodes and of [`Wire::cost`] over the wires with members on two parts or more. The
+/// The cost of a placement is the sum of [`Choice::cost`] over the nodes and of [`Wire::cost`] over the wires with members on two parts or more, and of [`InputGroup::cost`]. The
 /// weights of several objectives are already included in these integers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
@@ -66,11 +66,25 @@ pub struct Wire {
     pub cost: u64,
 }
 
-/// An input from outside, which costs a pin on each part with a reader.
+/// An input from outside, which needs pins on each part with a reader.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputGroup {
     /// The nodes that read the input.
     pub readers: Vec<NodeIndex>,
+    /// The number of its pins on each part with a reader.
+    pub pins: u64,
+    /// Its share of the objective, once, if a reader is on one of the parts of `on`.
+    pub cost: u64,
+    /// The parts that have this cost.
+    pub on: Vec<PartIndex>,
+}
+
+impl InputGroup {
+    /// An input that needs a pin on each part with a reader, and costs nothing.
+    #[must_use]
+    pub fn of(readers: Vec<NodeIndex>) -> Self {
+        Self { readers, pins: 1, cost: 0, on: Vec::new() }
+    }
 }
 
 /// A placement that is not allowed, usually because a real fit failed with it.
@@ -184,6 +198,12 @@ impl Problem {
             )?;
         }
         for (index, input) in self.inputs.iter().enumerate() {
+            size(format_args!("inputs[{index}]"), input.cost.max(input.pins))?;
+            if let Some(part) = input.on.iter().find(|&&part| part >= self.parts.len()) {
+                return Err(ProblemError::Index(format!(
+                    "inputs[{index}]: part {part} does not exist"
+                )));
+            }
             self.check_nodes(format_args!("inputs[{index}]"), input.readers.iter())?;
         }
         for (index, set) in self.together.iter().enumerate() {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use microlp::{ComparisonOp, OptimizationDirection, SolveOptions, TerminationReason, Variable};
 
-use super::model::{Model, Net, parts_of};
+use super::model::{Mask, Model, Net, parts_of};
 use super::problem::PartIndex;
 
 /// The result of a search.
@@ -116,10 +116,14 @@ impl<'a> Program<'a> {
     fn add_net(&mut self, net: &Net) {
         let parts: Vec<_> =
             (0..self.model.parts).filter(|&part| self.model.pins[part].is_some()).collect();
-        if net.is_input {
-            for part in parts {
+        if let Some(on) = net.input {
+            for part in parts.into_iter().filter(|_| net.pins > 0) {
                 let any = self.any(net, part);
                 self.pins[part].add(net.pins as f64, &any);
+            }
+            if net.cost > 0 && on != 0 {
+                let any = self.any_on(net, on);
+                self.cost.add(net.cost as f64, &any);
             }
             return;
         }
@@ -152,6 +156,20 @@ impl<'a> Program<'a> {
         }
         let (first, second) = (self.all(net, 0), self.all(net, 1));
         Sum::constant(1.0).minus(&first).minus(&second)
+    }
+
+    /// At least 1 if a member is on one of these parts.
+    fn any_on(&mut self, net: &Net, on: Mask) -> Sum {
+        if net.placed & on != 0 {
+            return Sum::constant(1.0);
+        }
+        let any = self.variable(false);
+        for &member in &net.members {
+            let mut here = Sum::default();
+            parts_of(on).for_each(|part| here.add(1.0, &self.on[member][part]));
+            self.rows.push(here.minus(&any));
+        }
+        any
     }
 
     fn any(&mut self, net: &Net, part: PartIndex) -> Sum {

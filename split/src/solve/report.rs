@@ -99,7 +99,11 @@ pub(super) fn evaluate_checked(problem: &Problem, assignment: &[PartIndex]) -> E
         }
     }
     for input in &problem.inputs {
-        parts_of(parts_with(&mut input.readers.iter())).for_each(|part| pins[part] += 1);
+        let present: u32 = parts_with(&mut input.readers.iter());
+        parts_of(present).for_each(|part| pins[part] += input.pins);
+        if input.on.iter().any(|part| present >> part & 1 == 1) {
+            value += input.cost.cast_signed();
+        }
     }
     let usage = usage(problem, &used, &pins);
     broken.extend(usage.iter().filter(|usage| !usage.fits()).map(|usage| usage.constraint));

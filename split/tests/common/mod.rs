@@ -66,7 +66,12 @@ pub(crate) fn random_problem(prng: &mut Prng) -> Problem {
         });
     }
     for _ in 0..prng.below(nodes) {
-        problem.inputs.push(InputGroup { readers: prng.some_of(nodes, 3) });
+        problem.inputs.push(InputGroup {
+            readers: prng.some_of(nodes, 3),
+            pins: prng.below(3) as u64,
+            cost: prng.below(12) as u64,
+            on: (0..parts).filter(|_| prng.chance(50)).collect(),
+        });
     }
     if prng.chance(30) {
         problem.together.push(prng.some_of(nodes, 3));
@@ -119,7 +124,7 @@ pub(crate) fn series(steps: usize) -> Problem {
     }
     for _ in 0..steps / 2 {
         let first = below(steps);
-        problem.inputs.push(InputGroup { readers: vec![first, (first + 1 + below(5)) % steps] });
+        problem.inputs.push(InputGroup::of(vec![first, (first + 1 + below(5)) % steps]));
     }
     problem
 }
@@ -153,7 +158,7 @@ pub(crate) fn three_parts(prng: &mut Prng, nodes: usize) -> Problem {
         problem.wires.push(Wire { driver: near, readers, cost: 2 + prng.below(8) as u64 });
     }
     for _ in 0..nodes / 3 {
-        problem.inputs.push(InputGroup { readers: prng.some_of(nodes, 3) });
+        problem.inputs.push(InputGroup::of(prng.some_of(nodes, 3)));
     }
     problem
 }
