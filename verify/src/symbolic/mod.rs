@@ -38,6 +38,7 @@ mod select;
 mod shared;
 mod state;
 mod statechart;
+mod stuck;
 mod sweep;
 mod values;
 
@@ -76,6 +77,9 @@ use state::{Key, State, Value};
 
 /// The maximum number of nodes of the graph that one query may contain.
 const CONE: usize = 100_000;
+
+/// The maximum number of steps whose ages are assumed to be a total order: there are two clauses for each three of them.
+const MAX_ORDERED: usize = 40;
 
 /// An input that two nets share: a code counted from `lo`, of a value that is possible in both.
 #[derive(Debug, Clone)]
@@ -320,7 +324,7 @@ impl<'n> Model<'n> {
     fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
         steps.sort_unstable();
         steps.dedup();
-        if steps.len() > 24 {
+        if steps.len() > MAX_ORDERED {
             return;
         }
         let older =

@@ -59,6 +59,10 @@ pub(super) struct Attempt<'a> {
     pub(super) asked_here: BTreeMap<InputId, Lit>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
+    /// True if the reaction of the net takes more micro-steps than any reachable one.
+    pub(super) overrun: Lit,
+    /// The literals of the net's state that are true in every reachable state, once a question needs them.
+    pub(super) stuck: Option<Vec<Lit>>,
     /// The state of the net after the reaction.
     pub(super) next: Option<State>,
     /// The variables of each timer in the instance, by its number in the hint, and later its value after the reaction.
@@ -118,6 +122,8 @@ impl<'a> Attempt<'a> {
             asked_before: BTreeMap::new(),
             asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
+            overrun: Lit::FALSE,
+            stuck: None,
             next: None,
             time_bits: Vec::new(),
             next_times: Vec::new(),
@@ -187,6 +193,7 @@ impl<'a> Attempt<'a> {
         let Reaction { state: next, outputs, fault } =
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
         let wanted = self.model.maker.called.clone();
+        self.overrun = self.model.maker.overrun();
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let mut checks = Vec::new();
