@@ -191,10 +191,28 @@ const STUCK: &str = "chart stuck {
 }
 ";
 
+/// `p` and `q` are compared with `u` and `v`, but not with each other, so a circle of ages has no triangle.
+const CIRCLE: &str = "chart circle {
+    conflict priority-age
+    input a, b
+    output o
+    initial step s
+    step p { o }
+    step q
+    step u
+    step v
+    s -> p & q when a
+    s -> u & v when b
+    p & q -> s when not a
+    u & v -> s when not b
+}
+";
+
 #[test]
 fn facts_about_reachable_states_complete_the_induction() {
     let cases = [
         ("deeper.graf", DEEPER, "out->o = self->q;", "out->o = self->q || self->s;"),
+        ("circle.graf", CIRCLE, "out->o = self->p;", "out->o = self->p || self->u;"),
         ("stuck.graf", STUCK, "(self->p && in->go) || self->q;", "self->p || self->q;"),
     ];
     for (name, text, old, new) in cases {

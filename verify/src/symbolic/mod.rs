@@ -13,6 +13,7 @@
 // If this encoding forgot a variant, a proof could be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod ages;
 mod aig;
 mod asserts;
 pub mod c;
@@ -78,9 +79,6 @@ use state::{Key, State, Value};
 /// The maximum number of nodes of the graph that one query may contain.
 const CONE: usize = 100_000;
 
-/// The maximum number of steps whose ages are assumed to be a total order: there are two clauses for each three of them.
-const MAX_ORDERED: usize = 40;
-
 /// An input that two nets share: a code counted from `lo`, of a value that is possible in both.
 #[derive(Debug, Clone)]
 struct SharedInput {
@@ -124,6 +122,8 @@ struct Model<'n> {
     decodes: BTreeMap<Lit, Vec<StepId>>,
     /// The names of the flip-flops of codes.
     code_bits: BTreeMap<Lit, String>,
+    /// For pairs of steps whose relative age is not part of the state: a variable for it, the lower step first.
+    orders: BTreeMap<(StepId, StepId), Lit>,
     /// For a statechart: the proved invariants of its states.
     structure: Option<Vec<Lit>>,
 }
@@ -242,6 +242,7 @@ impl<'n> Model<'n> {
             events,
             decodes: BTreeMap::new(),
             code_bits: BTreeMap::new(),
+            orders: BTreeMap::new(),
             structure: None,
         })
     }
@@ -298,15 +299,11 @@ impl<'n> Model<'n> {
         if let Some(structure) = &self.structure {
             holds.extend(structure);
         }
-        let mut ages: Vec<StepId> = Vec::new();
         for lit in support {
-            match self.name_of.get(lit) {
-                Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) => {
-                    // Timer and task index of an inactive step are 0.
-                    clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
-                }
-                Some((Origin::Older(a, b), _, _)) => ages.extend([*a, *b]),
-                Some(_) | None => {}
+            let name = self.name_of.get(lit);
+            if let Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) = name {
+                // Timer and task index of an inactive step are 0.
+                clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
             }
         }
         for (component, lits) in members {
@@ -316,31 +313,8 @@ impl<'n> Model<'n> {
                 clauses.push(lits);
             }
         }
-        self.total_order(ages, &mut clauses);
+        self.order_of_ages(support, &mut clauses);
         (holds, clauses)
-    }
-
-    /// Adds the assumption that the ages of these steps are a total order.
-    fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
-        steps.sort_unstable();
-        steps.dedup();
-        if steps.len() > MAX_ORDERED {
-            return;
-        }
-        let older =
-            |a: StepId, b: StepId| self.state_bits.get(&(Origin::Older(a, b), 0, 0)).copied();
-        for (i, a) in steps.iter().enumerate() {
-            for (j, b) in steps.iter().enumerate().skip(i + 1) {
-                for c in &steps[j + 1..] {
-                    if let (Some(ab), Some(bc), Some(ac)) =
-                        (older(*a, *b), older(*b, *c), older(*a, *c))
-                    {
-                        clauses.push(vec![!ab, !bc, ac]);
-                        clauses.push(vec![ab, bc, !ac]);
-                    }
-                }
-            }
-        }
     }
 
     /// A point where two functions differ although the invariants are true, as the bits that are 1. The inner `None` means that they agree, the outer
@@ -360,7 +334,8 @@ impl<'n> Model<'n> {
         if let Some(answer) = shared.satisfy(self, facts, differ, &support) {
             return Some(answer);
         }
-        let (mut holds, clauses) = self.invariants(facts, &support);
+        let (mut holds, mut clauses) = self.invariants(facts, &support);
+        self.complete_order_of_ages(&support, &mut clauses);
         holds.push(differ);
         // Words are ordered bit by bit, so that arithmetic has small diagrams.
         let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);

@@ -265,7 +265,8 @@ impl Attempt<'_> {
                 .copied()
                 .collect::<Vec<_>>(),
         );
-        let (mut holds, clauses) = self.assumptions_about(&support);
+        let (mut holds, mut clauses) = self.assumptions_about(&support);
+        self.model.complete_order_of_ages(&support, &mut clauses);
         holds.extend(case);
         holds.extend(all);
         let rank = |lit: Lit| {
