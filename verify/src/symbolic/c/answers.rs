@@ -10,6 +10,7 @@ use grafsynth_ir::program::Origin;
 
 use super::Induction;
 use super::attempt::Attempt;
+use super::exec::Danger;
 use super::question::{Check, Question};
 use crate::limits::Limits;
 use crate::symbolic::CONE;
@@ -357,8 +358,11 @@ impl Attempt<'_> {
                 let name = &self.of.hint.conditions[*at].1;
                 format!("the extern condition `{name}` may be called twice in a reaction")
             }
-            Question::Obligation(what, _, _) => {
+            Question::Obligation(Danger::Undefined(what), _, _) => {
                 format!("the C may have undefined behaviour (it {what})")
+            }
+            Question::Obligation(Danger::Leaves, _, _) => {
+                "the C may return before the reaction is complete".to_owned()
             }
             Question::Exclusive(at) => {
                 let member = &self.of.hint.state[*at].0.member;

@@ -51,8 +51,9 @@ pub(super) struct Attempt<'a> {
     pub(super) exclusive: Vec<(usize, Lit)>,
     /// Conditions that are true in every state of the instance that the hint describes.
     pub(super) assumed: Vec<Lit>,
-    /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
-    pub(super) unset: Vec<usize>,
+    /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint. `None` elsewhere: a reaction must not
+    /// take a value away.
+    pub(super) unset: Option<Vec<usize>>,
     /// After the first part of a reaction: for each extern condition, the literal that an earlier part called it.
     pub(super) asked_before: BTreeMap<InputId, Lit>,
     /// For each extern condition, the literal that this part of the reaction calls it.
@@ -118,7 +119,7 @@ impl<'a> Attempt<'a> {
             invariants: Vec::new(),
             exclusive: Vec::new(),
             assumed: Vec::new(),
-            unset: Vec::new(),
+            unset: None,
             asked_before: BTreeMap::new(),
             asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
@@ -167,6 +168,7 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.reset())?;
         let wanted = self.model.maker.called.clone();
         let mut memory = self.memory(None)?;
+        self.unset = Some(Vec::new());
         self.link();
         self.call("_init", &mut memory, None)?;
         if !self.program.asked.is_empty() {
