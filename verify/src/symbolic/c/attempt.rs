@@ -39,8 +39,8 @@ pub(super) struct Attempt<'a> {
     pub(super) before: Vec<Scalar>,
     /// The cells of the scalars that hold nothing of the net before the reaction, in the order of the hint.
     pub(super) extra: Vec<Cell>,
-    /// The mark of the gate, if there is one, before the reaction.
-    pub(super) gate_mark: Option<Rc<Cell>>,
+    /// The members of the gate, if there is one, by the number of their cell: before the reaction, the mark has any of its values, and the others have none.
+    pub(super) gate_members: BTreeMap<usize, Rc<Cell>>,
     /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
     /// For each of these variables, its position in its word, for the order of decision diagrams.
@@ -113,7 +113,7 @@ impl<'a> Attempt<'a> {
             inputs,
             before: Vec::new(),
             extra: Vec::new(),
-            gate_mark: None,
+            gate_members: BTreeMap::new(),
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
