@@ -558,6 +558,10 @@ impl<'u> Program<'u> {
                 let keeps_const =
                     |from: &Qualified| target.qualifiers.is_const || !from.qualifiers.is_const;
                 let is_same = from.target().is_some_and(|it| it.ty == target.ty && keeps_const(it));
+                let stays = |from: &Qualified| from.qualifiers.space == target.qualifiers.space;
+                if !is_null && !from.target().is_some_and(stays) {
+                    return Err("a conversion between pointers to different address spaces is not supported".to_owned());
+                }
                 if is_null || is_same {
                     return Ok(value);
                 }
