@@ -4,7 +4,7 @@ use super::Emit;
 use super::read::Place;
 use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
-use crate::cexpr::{CExpr, Prec};
+use crate::cexpr::{CExpr, Class, Prec};
 use crate::safe;
 use crate::switch::plan::Plan;
 use grafsynth_ir::Gather;
@@ -66,8 +66,11 @@ impl Emit<'_> {
                 Driver::Mealy(emissions) | Driver::Continuous(emissions) => {
                     self.emitted(mealy, emissions, &lamp, &mut lists)
                 }
+                // The variable has the type of the output, so nothing is converted.
                 Driver::Stored(var) => {
-                    CExpr::place(format!("self->{}", self.names.vars[*var]), net.vars[*var].ty)
+                    let (text, (lo, hi)) =
+                        (format!("self->{}", self.names.vars[*var]), output.ty.bounds());
+                    CExpr::exact(text, Prec::Atom, Class::of(lo, hi), (lo, hi))
                 }
                 Driver::Controlled(_) => {
                     let value = self.framed.as_ref().and_then(|it| it.outputs.get(&id));
