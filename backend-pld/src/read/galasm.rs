@@ -128,10 +128,11 @@ impl<'a> Parser<'a, '_> {
             };
             let known: Vec<String> =
                 DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
-            finding = match nearest(name, known.iter().map(String::as_str)) {
-                Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-                None => finding.help(format!("known devices: {}", known.join(", "))),
-            };
+            finding = finding.near(
+                span,
+                nearest(name, known.iter().map(String::as_str)),
+                format!("known devices: {}", known.join(", ")),
+            );
             self.draft.report(finding);
             return None;
         };

@@ -701,10 +701,7 @@ impl<'s> Resolver<'s, '_> {
                 let finding =
                     Diagnostic::error(codes::C_UNDECLARED, format!("`{name}` is not declared"))
                         .at(span, "first used here");
-                match near {
-                    Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-                    None => finding.help(format!("declare `{name}` in this file")),
-                }
+                finding.near(span, near, format!("declare `{name}` in this file"))
             });
         }
         None

@@ -160,12 +160,11 @@ impl Names {
         let finding =
             Diagnostic::error(codes::SCXML_TARGET, format!("no state has the identifier `{id}`"))
                 .at(span, "");
-        match nearest(id, self.states.keys().take(10_000).map(String::as_str)) {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-            None => finding.help(format!(
-                "add it, as in <state id=\"{id}\"/>, or write the identifier of another state"
-            )),
-        }
+        finding.near(
+            span,
+            nearest(id, self.states.keys().take(10_000).map(String::as_str)),
+            format!("add it, as in <state id=\"{id}\"/>, or write the identifier of another state"),
+        )
     }
 }
 

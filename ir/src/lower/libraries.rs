@@ -176,12 +176,11 @@ impl<'a> Expansion<'_, 'a> {
         let finding =
             Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no library chart `{name}`"))
                 .at(name.span, "not declared");
-        self.lowering.report(match near {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
-            None => finding.help(
-                "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
-            ),
-        });
+        self.lowering.report(finding.near(
+            name.span,
+            near,
+            "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
+        ));
         None
     }
 
