@@ -138,6 +138,17 @@ impl Diagnostic {
         self
     }
 
+    /// An error about something that exists twice: the spans of the second and of the first one.
+    #[must_use]
+    pub fn twice(
+        code: Code,
+        message: impl Into<String>,
+        [again, first]: [Span; 2],
+        help: impl Into<String>,
+    ) -> Self {
+        Self::error(code, message).at(again, "again here").at(first, "first here").help(help)
+    }
+
     /// Sets the help text for an unknown name at `span`: the known name `near` it, which is also the fix, or `otherwise`.
     #[must_use]
     pub fn near(

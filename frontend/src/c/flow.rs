@@ -408,10 +408,12 @@ impl<'s> Flow<'_, 's> {
             Some(Switch { default: Some((_, first)), .. }) => {
                 let first = *first;
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_JUMP, "two `default` labels in one `switch`")
-                        .at(span, "again here")
-                        .at(first, "first here")
-                        .help("remove one of them")
+                    Diagnostic::twice(
+                        codes::C_JUMP,
+                        "two `default` labels in one `switch`",
+                        [span, first],
+                        "remove one of them",
+                    )
                 });
             }
             Some(switch) => switch.default = Some((node, span)),
@@ -537,13 +539,12 @@ impl<'s> Flow<'_, 's> {
             let folded = selected.fold(constant);
             if let Some(first) = seen.insert(folded, at) {
                 self.findings.report(|| {
-                    Diagnostic::error(
+                    Diagnostic::twice(
                         codes::C_JUMP,
                         format!("two cases for {constant} in one `switch`"),
+                        [at, first],
+                        "remove one of them, or write another value",
                     )
-                    .at(at, "again here")
-                    .at(first, "first here")
-                    .help("remove one of them, or write another value")
                 });
             }
             ways.push(Way { guard: selected.equals(folded, at), text, to: node });
@@ -588,10 +589,12 @@ impl<'s> Flow<'_, 's> {
         if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
             if is_definition && is_defined {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_JUMP, format!("duplicate label `{name}`"))
-                        .at(name.span, "again here")
-                        .at(first, "first here")
-                        .help("rename one of them, and each `goto` that refers to it")
+                    Diagnostic::twice(
+                        codes::C_JUMP,
+                        format!("duplicate label `{name}`"),
+                        [name.span, first],
+                        "rename one of them, and each `goto` that refers to it",
+                    )
                 });
             }
             if is_definition {

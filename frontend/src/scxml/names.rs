@@ -169,10 +169,12 @@ impl Names {
 }
 
 pub(super) fn twice(id: &Name, first: Span) -> Diagnostic {
-    Diagnostic::error(codes::SCXML_TWICE, format!("the identifier `{id}` is given twice"))
-        .at(id.span, "again here")
-        .at(first, "first here")
-        .help("rename one of them")
+    Diagnostic::twice(
+        codes::SCXML_TWICE,
+        format!("the identifier `{id}` is given twice"),
+        [id.span, first],
+        "rename one of them",
+    )
 }
 
 /// Whether the completion of a state can be observed: SCXML raises `done.state` for it.

@@ -53,15 +53,12 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
         let step = &lowering.net.steps[id];
         let key = (step.parent, step.part);
         if let Some(first) = first_marked.insert(key, source.name.span) {
-            lowering.report(
-                Diagnostic::error(
-                    codes::SETTING_TWICE,
-                    "two states of the same parent are initial",
-                )
-                .at(source.name.span, "again here")
-                .at(first, "first here")
-                .help("mark only one of them: a state is entered at one child"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::SETTING_TWICE,
+                "two states of the same parent are initial",
+                [source.name.span, first],
+                "mark only one of them: a state is entered at one child",
+            ));
         }
         tree.marked.insert(id);
     }
