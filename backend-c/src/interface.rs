@@ -28,7 +28,8 @@ impl Interface {
     pub(crate) fn variables(&self, has_in: bool) -> impl Iterator<Item = String> {
         [(self.has_instance, "_t self;"), (has_in, "_in_t in;"), (self.has_out, "_out_t out;")]
             .into_iter()
-            .filter_map(|(is_there, rest)| is_there.then(|| format!("{}{rest}", self.names.prefix)))
+            .filter(|(is_there, _)| *is_there)
+            .map(|(_, rest)| format!("{}{rest}", self.names.prefix))
     }
 
     /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`, without those that the chart does not need.

@@ -45,6 +45,9 @@ struct Parser<'a, 'd> {
     names: Names,
 }
 
+/// The signals on the left side of an equation, with their places.
+type Targets = Vec<(SignalId, Span)>;
+
 impl Parser<'_, '_> {
     fn file(&mut self) {
         while self.lexer.token.kind != Kind::End && !self.draft.is_hopeless() {
@@ -548,7 +551,7 @@ impl Parser<'_, '_> {
     }
 
     /// Reads the signals on the left: a name, a list in brackets, or the name of a field, which is the second result.
-    fn targets(&mut self) -> Option<(Vec<(SignalId, Span)>, Option<Field>)> {
+    fn targets(&mut self) -> Option<(Targets, Option<Field>)> {
         let (span, name) = (self.lexer.span(), self.lexer.token);
         if name.is("[") {
             return Some((sets::list(&mut self.lexer, self.draft)?, None));

@@ -152,7 +152,11 @@ fn checked(equations: &Equations, vectors: &Vectors, row: &VectorRow, mealy: boo
             let is_shared = equations.signals.iter().any(|it| it.shared == Some(index));
             row.flops.get(id.index()).copied().flatten().filter(|_| !is_shared)
         }
-        _ => None,
+        Source::Output(_)
+        | Source::Flop(_)
+        | Source::Clock
+        | Source::Input(_)
+        | Source::Buried(_) => None,
     };
     let signals = equations.signals.iter().enumerate();
     signals.filter_map(|it| value_of(it).map(|value| literal(it.1, value))).collect()

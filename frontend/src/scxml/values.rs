@@ -430,14 +430,16 @@ impl Data {
     ) -> Result<(Expr, Kind), Box<Diagnostic>> {
         let span = ast.span;
         let made = |kind, is| Ok((Expr::new(kind, span), is));
+        let number = |ast| self.number(ast, names, known).map(Box::new);
+        let truth = |ast| self.truth(ast, names, known).map(Box::new);
         match &ast.kind {
             AstKind::Bool(value) => made(ExprKind::Bool(*value), Kind::Bool),
             AstKind::Int(value) => made(ExprKind::Int(*value), Kind::Int),
             AstKind::Name(name) => self.named(name, span, names, known),
             AstKind::Element(name, index) => self.element((name, span), index, names, known),
             AstKind::In(id, place) => {
-                let state = names.states.get(id).ok_or_else(|| Box::new(names.unknown(id, *place)));
-                let state = state?;
+                let state =
+                    names.states.get(id).ok_or_else(|| Box::new(names.unknown(id, *place)))?;
                 if state.is_history {
                     // A history is never active (W3C test assertion 580).
                     return made(ExprKind::Bool(false), Kind::Bool);
@@ -449,10 +451,7 @@ impl Data {
             AstKind::Array(_) => {
                 Err(refuse(span, "an array as a value", "use one of its elements"))
             }
-            AstKind::Not(inner) => {
-                let inner = Box::new(self.truth(inner, names, known)?);
-                made(ExprKind::Not(inner), Kind::Bool)
-            }
+            AstKind::Not(inner) => made(ExprKind::Not(truth(inner)?), Kind::Bool),
             AstKind::And(all) | AstKind::Or(all) => {
                 let operand = |one| self.operand(one, names, as_truth, known);
                 let operands = all.iter().map(operand).collect::<Result<_, _>>()?;
@@ -460,13 +459,9 @@ impl Data {
                 let join = if is_and { ExprKind::And } else { ExprKind::Or };
                 made(join(operands), Kind::Bool)
             }
-            AstKind::Neg(inner) => {
-                let inner = Box::new(self.number(inner, names, known)?);
-                made(ExprKind::Neg(inner), Kind::Int)
-            }
+            AstKind::Neg(inner) => made(ExprKind::Neg(number(inner)?), Kind::Int),
             AstKind::Arith(op, a, b) => {
-                let a = Box::new(self.number(a, names, known)?);
-                let b = Box::new(self.number(b, names, known)?);
+                let (a, b) = (number(a)?, number(b)?);
                 if matches!(op, ArithOp::Div | ArithOp::Mod)
                     && matches!(grafsynth_ir::simplify::simplify(&b).kind, ExprKind::Int(0))
                 {
@@ -476,7 +471,7 @@ impl Data {
                 made(ExprKind::Arith(*op, a, b), Kind::Int)
             }
             AstKind::Bitwise(op, a, b) => {
-                let (a, b) = (self.number(a, names, known)?, self.number(b, names, known)?);
+                let (a, b) = (*number(a)?, *number(b)?);
                 Ok((self.bitwise(*op, a, b, span), Kind::Int))
             }
             AstKind::Compare(op, a, b) => {
@@ -492,7 +487,7 @@ impl Data {
                 made(ExprKind::Compare(*op, Box::new(a), Box::new(b)), Kind::Bool)
             }
             AstKind::Choice(condition, a, b) => {
-                let condition = Box::new(self.truth(condition, names, known)?);
+                let condition = truth(condition)?;
                 let (a, a_kind) = self.value(a, names, as_truth, known)?;
                 let (b, b_kind) = self.value(b, names, as_truth, known)?;
                 if a_kind == b_kind {

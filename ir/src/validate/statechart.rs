@@ -439,7 +439,7 @@ impl Checker<'_> {
         for enter in list {
             match *enter {
                 Enter::Step(id) => {
-                    let Some(step) = net.steps.get(id) else { return None };
+                    let step = net.steps.get(id)?;
                     let at_home = match step.parent {
                         Some(parent) => entered.states.contains(&parent) || base == Some(parent),
                         None => domain == Domain::Part(step.part),
@@ -456,7 +456,7 @@ impl Checker<'_> {
                     entered.states.insert(id);
                 }
                 Enter::InitialContent(id) => {
-                    let Some(step) = net.steps.get(id) else { return None };
+                    let step = net.steps.get(id)?;
                     if step.kind != StepKind::Composite || !entered.states.contains(&id) {
                         let message = format!(
                             "{who} runs the initial content of `{}`, which is not a composite state entered before",
@@ -466,7 +466,7 @@ impl Checker<'_> {
                     }
                 }
                 Enter::History(id) => {
-                    let Some(history) = net.histories.get(id) else { return None };
+                    let history = net.histories.get(id)?;
                     if !entered.states.contains(&history.owner) && base != Some(history.owner) {
                         let message = format!(
                             "{who} enters the history `{}` without first entering its state",
