@@ -84,6 +84,18 @@ impl Values {
         (self.lo == self.hi).then_some(self.lo)
     }
 
+    /// The entries of a table at these indices.
+    pub(in crate::cost) fn entries(self, table: &[i64]) -> Values {
+        match self.listed() {
+            Some(list) => {
+                Values::of(list.into_iter().filter_map(|at| {
+                    usize::try_from(at).ok().and_then(|at| table.get(at)).copied()
+                }))
+            }
+            None => Values::of(table.iter().copied()),
+        }
+    }
+
     /// The values, if there are few enough to track them individually.
     pub(in crate::cost) fn listed(self) -> Option<Vec<i64>> {
         if self.is_none() {
@@ -257,6 +269,29 @@ impl Number {
 
     pub(in crate::cost) fn truth(values: Values, int_bits: u8) -> Number {
         Number::new(values, Kind::int(int_bits))
+    }
+
+    /// A constant, in the smallest signed type from `int` on that contains it.
+    pub(in crate::cost) fn literal(value: i64, int_bits: u8) -> Number {
+        let fits = |bits: &u8| Kind::int(*bits).all().contains(value);
+        let bits = [int_bits, 32].into_iter().find(fits).unwrap_or(64);
+        Number { is_loose: value >= 0, ..Number::truth(Values::one(value), bits) }
+    }
+
+    /// The number from one of two paths, in the wider type.
+    pub(in crate::cost) fn or(self, other: Number) -> Number {
+        Number {
+            values: self.values.or(other.values),
+            kind: if self.kind.bits >= other.kind.bits { self.kind } else { other.kind },
+            is_loose: self.is_loose || other.is_loose,
+        }
+    }
+
+    /// `~`: any value of the promoted type, signed or unsigned.
+    pub(in crate::cost) fn complement(self, int_bits: u8) -> Number {
+        let kind = if self.kind.bits < int_bits { Kind::int(int_bits) } else { self.kind };
+        let unsigned = Kind { signed: false, ..kind }.all();
+        Number { values: Values::range(kind.all().lo(), unsigned.hi()), kind, is_loose: true }
     }
 }
 
