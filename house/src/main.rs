@@ -51,7 +51,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_440),
     ("code lines of c and backend-c", 29_700),
     ("code lines of ir", 20_770),
-    ("code lines of driver", 13_220),
+    ("code lines of driver", 13_240),
     ("code lines of all crates", 181_990),
     ("functions above 80 lines", 99),
     ("dependency cycles of files", 0),
