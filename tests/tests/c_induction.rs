@@ -577,7 +577,7 @@ const CALLS: &str = "chart calls {
     step wait { move(7, not go) if n > 2 }
     rest -> work when go and ready() do { note(n); beep() }
     work -> wait when work.done and (level() < 100 or ready())
-    wait -> rest when rise(door()) or n > 15 do { beep(); note(2); n := 0 }
+    wait -> rest when rise(door()) or n > 15 do { beep(); note(2); n := n + 1 }
 }
 ";
 
