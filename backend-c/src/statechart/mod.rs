@@ -543,7 +543,7 @@ impl Emit<'_> {
                 })
                 .collect();
             let zero = if region.is_always { "" } else { "; 0 while it is not active" };
-            let node: Node = Node::braced("enum".to_string(), body);
+            let node = Node::braced("enum", body);
             nodes.push(node.note(format!("values of {variable}{zero}")));
         }
         nodes
@@ -568,7 +568,7 @@ impl Emit<'_> {
                         .about(Object::Transition(*id))
                 })
                 .collect();
-            let node: Node = Node::braced("enum".to_string(), body);
+            let node = Node::braced("enum", body);
             nodes.push(node.note(format!(
                 "the transitions out of the states of {}, 0 for none",
                 self.region_name(region)

@@ -63,7 +63,7 @@ impl Emit<'_> {
             });
         }
         let head = format!("static {}_ROM {ty} {name}[{}] =", self.names.upper, rows.len());
-        let node: Node = Node::braced(head, lines);
+        let node = Node::braced(head, lines);
         let at = self.functions.len();
         self.functions.push(node.note(note));
         self.functions.push(Node::blank());

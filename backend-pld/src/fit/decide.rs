@@ -87,12 +87,12 @@ impl Equations {
         let design = Design { logic, device, functions, exclusive, lacks: lack.is_some() };
         let (sums, is_hopeless) = design.minimised(&mut signals, options, is_refused);
         let (equations, depth) = design.whole(&mut signals, sums);
-        let Signals { namer, all: signals, .. } = &mut signals;
+        let Signals { mut namer, all, .. } = signals;
         let mut result = Equations {
             title: Namer::new(&PALASM_CHIP).name(&logic.name.text),
             device,
             head: Vec::new(),
-            signals: std::mem::take(signals),
+            signals: all,
             equations,
             has_pins: false,
             depth,
