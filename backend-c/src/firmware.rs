@@ -369,8 +369,7 @@ fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
         nodes.push(if input.kind == InputKind::Extern {
             condition(name, input.ty, interface)
         } else if input.ty.is_bool() {
-            let put = interface.names.io.put(Structure::Local("in"), name, id, "bench_get() != 0U");
-            Node::line(put)
+            Node::line(interface.names.put(Structure::Local("in"), id, "bench_get() != 0U"))
         } else {
             received(&format!("in.{name}"), input.ty)
         });

@@ -16,7 +16,8 @@ use crate::io::Structure;
 use crate::names::library;
 use grafsynth_c::storage;
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::{Driver, InputKind, Net, StepId, VarOrigin};
+use grafsynth_ir::expr::Type;
+use grafsynth_ir::net::{Driver, InputId, InputKind, Net, StepId, VarOrigin};
 
 /// A `main` for one chart; compile it with the package's `NAME.c` (but without `NAME_user.c`, whose functions it provides).
 #[must_use]
@@ -208,18 +209,13 @@ pub fn multi_harness(all: &[(&Valid<Net>, &Package)]) -> String {
             text.push_str(&format!("#undef {name}\n"));
         }
     }
-    let mut cases: Vec<Node> = all
-        .iter()
-        .enumerate()
-        .map(|(index, (_, package))| {
-            let run = Node::line(format!("{}_run();", package.interface.names.prefix));
-            Kind::Case(vec![format!("case {index}:")], vec![run, Node::line("break;")]).into()
-        })
-        .collect();
-    cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
+    let cases = all.iter().enumerate().map(|(index, (_, package))| {
+        let run = Node::line(format!("{}_run();", package.interface.names.prefix));
+        Node::case(index, vec![run])
+    });
     let run = Node::function(
         "static void bench_one(int which)",
-        vec![Node::block("switch (which)", cases)],
+        vec![Node::switch("which", cases.collect())],
     );
     let main = Node::function(
         "int main(int argc, char **argv)",
@@ -251,110 +247,11 @@ fn has_library(package: &Package) -> bool {
     package.interface.has_library
 }
 
-/// The functions that every harness needs: input of numbers, output of text.
-fn common() -> Vec<Node> {
-    let text = r#"#include <stdbool.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+/// The functions that every harness needs: input of numbers, output of text. Not every chart calls all of them.
+const COMMON: &str = include_str!("text/harness.c");
 
-/* Reads the next number of the line; false at its end. */
-static bool bench_number(int64_t *value)
-{
-    int c = getchar();
-    while (c == ' ' || c == '\t' || c == '\r') {
-        c = getchar();
-    }
-    if (c == EOF || c == '\n') {
-        return false;
-    }
-    const bool negative = c == '-';
-    uint64_t digits = 0;
-    if (negative) {
-        c = getchar();
-    }
-    while (c >= '0' && c <= '9') {
-        digits = digits * 10U + (uint64_t)(c - '0');
-        c = getchar();
-    }
-    if (c != EOF) {
-        ungetc(c, stdin);
-    }
-    *value = negative ? -(int64_t)digits : (int64_t)digits;
-    return true;
-}
-
-static void bench_end_of_line(void)
-{
-    int c = getchar();
-    while (c != '\n' && c != EOF) {
-        c = getchar();
-    }
-}
-
-static void bench_wrong(const char *what)
-{
-    fputs(what, stderr);
-    fputc('\n', stderr);
-    exit(4);
-}
-
-static void bench_print(int64_t value)
-{
-    char digits[24];
-    int at = 24;
-    uint64_t rest = value < 0 ? 0U - (uint64_t)value : (uint64_t)value;
-    do {
-        digits[--at] = (char)('0' + (int)(rest % 10U));
-        rest /= 10U;
-    } while (rest != 0U);
-    if (value < 0) {
-        digits[--at] = '-';
-    }
-    fwrite(&digits[at], 1, (size_t)(24 - at), stdout);
-}
-
-/* Prints a name if it is wanted, after a blank unless it is the first. */
-static void bench_name(bool is_wanted, const char *name, const char **blank)
-{
-    if (is_wanted) {
-        fputs(*blank, stdout);
-        fputs(name, stdout);
-        *blank = " ";
-    }
-}
-
-/* The calls of one function in one reaction. */
-typedef struct {
-    int64_t count;
-    char *text;
-    size_t length;
-    size_t room;
-} bench_calls_t;
-
-static void bench_add(bench_calls_t *calls, int64_t value, char joint)
-{
-    if (calls->length + 32U > calls->room) {
-        calls->room = calls->room * 2U + 64U;
-        calls->text = (char *)realloc(calls->text, calls->room);
-        if (calls->text == NULL) {
-            exit(1);
-        }
-    }
-    if (joint != '\0') {
-        calls->text[calls->length++] = joint;
-    }
-    calls->length += (size_t)snprintf(&calls->text[calls->length], 24, "%lld", (long long)value);
-}
-"#;
-    // Not every chart calls all of them.
-    let uses = "static void bench_unused(void)\n{\n    (void)bench_number;\n    (void)bench_end_of_line;\n    (void)bench_print;\n    (void)bench_name;\n    (void)bench_add;\n    (void)bench_wrong;\n}\n";
-    vec![
-        Kind::Verbatim(text.to_string()).into(),
-        Kind::Verbatim(uses.to_string()).into(),
-        Node::blank(),
-    ]
+fn common() -> [Node; 2] {
+    [Kind::Verbatim(COMMON.to_string()).into(), Node::blank()]
 }
 
 /// The library functions and `NAME_run`; if it explores, it reads a state at the beginning of each line and prints the resulting state.
@@ -362,16 +259,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     let prefix = &interface.names.prefix;
     let mut nodes = stand_ins(net, interface);
     nodes.extend(steps(net, interface));
-    let mut body = Vec::new();
-    if interface.has_instance {
-        body.push(Node::line(format!("{prefix}_t self;")));
-    }
-    if interface.has_in {
-        body.push(Node::line(format!("{prefix}_in_t in;")));
-    }
-    if interface.has_out {
-        body.push(Node::line(format!("{prefix}_out_t out;")));
-    }
+    let mut body: Vec<Node> = interface.variables(interface.has_in).map(Node::line).collect();
     body.push(Node::line("int64_t dt = 0;"));
     body.push(Node::line("int64_t scan = 0;"));
     if explore {
@@ -391,19 +279,8 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     }
     for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
         let zero = input.ty.saturate(0);
-        if input.kind == InputKind::Extern {
-            body.push(Node::line(format!(
-                "{prefix}_stimulus_{} = {zero};",
-                interface.names.inputs[id]
-            )));
-        } else if zero != 0 {
-            let name = &interface.names.inputs[id];
-            body.push(Node::line(interface.names.io.put(
-                Structure::Local("in"),
-                name,
-                id,
-                &zero.to_string(),
-            )));
+        if input.kind == InputKind::Extern || zero != 0 {
+            body.push(put(net, interface, id, &zero.to_string()));
         }
     }
     body.push(Node::line(format!("fputs(\"{}\\n\", stdout);", columns(net, interface).join(","))));
@@ -427,28 +304,7 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
             ticks.name()
         )));
     }
-    round.push(Node::line("int64_t value = 0;"));
-    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
-        let name = &interface.names.inputs[id];
-        round.push(Node::line("bench_number(&value);"));
-        let value = if input.ty.is_bool() {
-            "value != 0".to_string()
-        } else {
-            format!("({})value", storage(input.ty))
-        };
-        if input.kind == InputKind::Extern {
-            round.push(Node::line(format!("{prefix}_stimulus_{name} = value;")));
-        } else {
-            round.push(Node::line(interface.names.io.put(
-                Structure::Local("in"),
-                name,
-                id,
-                &value,
-            )));
-        }
-    }
-    round.push(Node::line("(void)value;"));
-    round.push(Node::line("bench_end_of_line();"));
+    round.extend(inputs(net, interface));
     for (id, _) in net.outputs.iter().filter(|(_, it)| it.is_extern()) {
         let calls = format!("{prefix}_calls_{}", interface.names.outputs[id]);
         round.push(Node::line(format!("{calls}.count = 0;")));
@@ -470,6 +326,32 @@ fn bench(net: &Net, interface: &Interface, explore: bool) -> Vec<Node> {
     nodes.push(Node::function(format!("static void {prefix}_run(void)"), body));
     nodes.push(Node::blank());
     nodes
+}
+
+/// The statements that read the inputs of a reaction from the line.
+fn inputs(net: &Net, interface: &Interface) -> Vec<Node> {
+    let mut nodes = vec![Node::line("int64_t value = 0;")];
+    for (id, input) in net.inputs.iter().filter(|(_, it)| it.kind != InputKind::InternalEvent) {
+        nodes.push(Node::line("bench_number(&value);"));
+        let value = match input.ty {
+            _ if input.kind == InputKind::Extern => "value".to_string(),
+            Type::Bool => "value != 0".to_string(),
+            Type::Int { .. } => format!("({})value", storage(input.ty)),
+        };
+        nodes.push(put(net, interface, id, &value));
+    }
+    nodes.extend([Node::line("(void)value;"), Node::line("bench_end_of_line();")]);
+    nodes
+}
+
+/// The statement that assigns an input, or the answer of an extern condition.
+fn put(net: &Net, interface: &Interface, id: InputId, value: &str) -> Node {
+    let names = &interface.names;
+    Node::line(if net.inputs[id].kind == InputKind::Extern {
+        format!("{}_stimulus_{} = {value};", names.prefix, names.inputs[id])
+    } else {
+        names.put(Structure::Local("in"), id, value)
+    })
 }
 
 /// The second line of an answer, and the initial state of the next query.

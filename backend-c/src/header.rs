@@ -1,6 +1,6 @@
 //! The files of a package: the common parts of every chart, around the result of its style.
 
-use crate::c::print::{Kind, Marks, Node, Writer};
+use crate::c::print::{Marks, Node, Writer};
 use crate::gate;
 use crate::interface::Interface;
 use crate::names::Names;
@@ -124,26 +124,7 @@ impl Layout<'_> {
 
     fn header(&self) -> File {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let mut nodes = vec![
-            self.banner(
-                "the interface of the chart. Do not edit: it is regenerated from the chart.",
-            ),
-            Node::directive(format!("#ifndef {upper}_H")),
-            Node::directive(format!("#define {upper}_H")),
-            Node::blank(),
-            Node::directive("#include <stdbool.h>"),
-            Node::directive("#include <stdint.h>"),
-        ];
-        if let Some(engine) = &self.program.engine {
-            nodes.push(Node::directive(format!("#include \"{}\"", engine.include)));
-        }
-        nodes.extend([
-            Node::blank(),
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("extern \"C\" {"),
-            Node::directive("#endif"),
-            Node::blank(),
-        ]);
+        let mut nodes = Vec::new();
         if let Some(ticks) = self.interface.ticks {
             let tick = self.net.settings.tick_ns;
             nodes.push(
@@ -204,14 +185,27 @@ impl Layout<'_> {
         if self.interface.trace.is_some() {
             nodes.extend(trace::reader(self.names));
         }
-        nodes.extend([
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("}"),
-            Node::directive("#endif"),
+        let include = self.program.engine.as_ref().map(|it| format!("#include \"{}\"", it.include));
+        let contents =
+            include.map(Node::directive).into_iter().chain(Node::c_linkage(nodes)).collect();
+        let what = "the interface of the chart. Do not edit: it is regenerated from the chart.";
+        self.header_file("", what, contents)
+    }
+
+    /// A header file: `what` it is, its include guard, the types of C, and its contents.
+    pub(crate) fn header_file(&self, suffix: &str, what: &str, contents: Vec<Node>) -> File {
+        let guard = format!("{}{}_H", self.names.upper, suffix.to_ascii_uppercase());
+        let mut nodes = vec![
+            self.banner(what),
+            Node::directive(format!("#ifndef {guard}")),
+            Node::directive(format!("#define {guard}")),
             Node::blank(),
-            Node::directive("#endif"),
-        ]);
-        self.file(format!("{}.h", self.names.stem), &nodes, FileKind::Header)
+            Node::directive("#include <stdbool.h>"),
+            Node::directive("#include <stdint.h>"),
+        ];
+        nodes.extend(contents);
+        nodes.push(Node::directive("#endif"));
+        self.file(format!("{}{suffix}.h", self.names.stem), &nodes, FileKind::Header)
     }
 
     fn input_struct(&self, nodes: &mut Vec<Node>) {
@@ -251,14 +245,7 @@ impl Layout<'_> {
         nodes.push(Node::comment(
             "The inputs, which the chart reads once at the start of a reaction.",
         ));
-        nodes.push(
-            Kind::Braces(
-                "typedef struct".to_string(),
-                body,
-                format!(" {}_in_t;", self.names.prefix),
-            )
-            .into(),
-        );
+        nodes.push(Node::typedef("struct", body, format!("{}_in_t", self.names.prefix)));
         nodes.push(Node::blank());
     }
 
@@ -288,14 +275,7 @@ impl Layout<'_> {
             });
         let body = words.into_iter().chain(members).collect();
         nodes.push(Node::comment("The outputs, which the chart writes at the end of a reaction."));
-        nodes.push(
-            Kind::Braces(
-                "typedef struct".to_string(),
-                body,
-                format!(" {}_out_t;", self.names.prefix),
-            )
-            .into(),
-        );
+        nodes.push(Node::typedef("struct", body, format!("{}_out_t", self.names.prefix)));
         nodes.push(Node::blank());
     }
 
@@ -311,9 +291,7 @@ impl Layout<'_> {
             }
         }
         steps.push(Node::line(format!("{upper}_STEPS")));
-        nodes.push(
-            Kind::Braces("typedef enum".to_string(), steps, format!(" {prefix}_step_t;")).into(),
-        );
+        nodes.push(Node::typedef("enum", steps, format!("{prefix}_step_t")));
         nodes.push(Node::blank());
         let mut transitions: Vec<Node> = self
             .net
@@ -325,14 +303,7 @@ impl Layout<'_> {
             })
             .collect();
         transitions.push(Node::line(format!("{upper}_TRANSITIONS")));
-        nodes.push(
-            Kind::Braces(
-                "typedef enum".to_string(),
-                transitions,
-                format!(" {prefix}_transition_t;"),
-            )
-            .into(),
-        );
+        nodes.push(Node::typedef("enum", transitions, format!("{prefix}_transition_t")));
         nodes.push(Node::blank());
     }
 
@@ -351,10 +322,7 @@ impl Layout<'_> {
             })
             .collect();
         nodes.push(Node::comment("One instance of the chart. Its layout is part of the interface: copy it, save it, keep several."));
-        nodes.push(
-            Kind::Braces("typedef struct".to_string(), body, format!(" {}_t;", self.names.prefix))
-                .into(),
-        );
+        nodes.push(Node::typedef("struct", body, format!("{}_t", self.names.prefix)));
         nodes.push(Node::blank());
     }
 

@@ -24,6 +24,14 @@ pub(crate) struct Interface {
 }
 
 impl Interface {
+    /// The declarations of the variables that a caller needs: `self`, `in` if it has inputs to write, `out`.
+    pub(crate) fn variables(&self, has_in: bool) -> impl Iterator<Item = String> {
+        [(self.has_instance, "_t self;"), (has_in, "_in_t in;"), (self.has_out, "_out_t out;")]
+            .into_iter()
+            .filter(|(is_there, _)| *is_there)
+            .map(|(_, rest)| format!("{}{rest}", self.names.prefix))
+    }
+
     /// The parameters of `NAME_init`, `NAME_step` and `NAME_stop`, without those that the chart does not need.
     pub(crate) fn parameters(&self, with_in: bool, with_dt: bool) -> String {
         let prefix = &self.names.prefix;

@@ -294,6 +294,16 @@ impl Package {
         &self.interface.names.prefix
     }
 
+    /// The macros of `NAME_port.h` that the user may define, with their parameters.
+    #[must_use]
+    pub fn hooks(&self) -> Vec<String> {
+        let upper = &self.interface.names.upper;
+        ["ENTER_CRITICAL()", "EXIT_CRITICAL()", "BAD_STATE(self)", "WATCHDOG()", "IDLE()"]
+            .iter()
+            .map(|hook| format!("{upper}_{hook}"))
+            .collect()
+    }
+
     /// The member of the input structure for an input.
     #[must_use]
     pub fn input_name(&self, input: InputId) -> &str {

@@ -68,25 +68,7 @@ impl Layout<'_> {
     }
 
     pub(crate) fn library_header(&self) -> File {
-        let upper = &self.names.upper;
-        let mut nodes = vec![
-            self.banner("the functions that your library provides. Do not edit: it is regenerated from the chart."),
-            Node::directive(format!("#ifndef {upper}_USER_H")),
-            Node::directive(format!("#define {upper}_USER_H")),
-            Node::blank(),
-            Node::directive("#include <stdbool.h>"),
-            Node::directive("#include <stdint.h>"),
-        ];
-        if self.options.callbacks {
-            nodes.push(Node::directive(format!("#include \"{}.h\"", self.names.stem)));
-        }
-        nodes.extend([
-            Node::blank(),
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("extern \"C\" {"),
-            Node::directive("#endif"),
-            Node::blank(),
-        ]);
+        let mut nodes = Vec::new();
         for (signature, note, _, object) in self.library() {
             nodes.push(Node::line(format!("{signature};")).note(note).about(object));
         }
@@ -94,15 +76,12 @@ impl Layout<'_> {
             nodes.push(Node::comment(note));
             nodes.push(Node::line(format!("{signature};")));
         }
-        nodes.extend([
-            Node::blank(),
-            Node::directive("#ifdef __cplusplus"),
-            Node::line("}"),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::directive("#endif"),
-        ]);
-        self.file(format!("{}_user.h", self.names.stem), &nodes, FileKind::Header)
+        nodes.push(Node::blank());
+        let chart = format!("#include \"{}.h\"", self.names.stem);
+        let include = self.options.callbacks.then(|| Node::directive(chart));
+        let contents = include.into_iter().chain(Node::c_linkage(nodes)).collect();
+        let what = "the functions that your library provides. Do not edit: it is regenerated from the chart.";
+        self.header_file("_user", what, contents)
     }
 
     pub(crate) fn library_stub(&self) -> File {

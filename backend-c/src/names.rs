@@ -4,11 +4,14 @@
 //! it is used: members of the input, output and instance structures, enumerators (all with the chart's prefix), and functions of the user's library
 //! (without a prefix, so that one library serves several charts).
 
-use crate::io::Layout;
+use crate::io::{Layout, Structure};
 use crate::{Io, Options};
-use grafsynth_ir::IdMap;
 use grafsynth_ir::names::{C, Namer, Target};
-use grafsynth_ir::net::{EdgeOperand, Input, InputKind, Net, Output, Step, Transition, Var};
+use grafsynth_ir::net::{
+    EdgeOperand, Input, InputId, InputKind, Net, Output, Step, Transition, Var,
+};
+use grafsynth_ir::span::Name;
+use grafsynth_ir::{Arena, IdMap};
 
 /// Members that the gate adds to the instance.
 const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
@@ -70,6 +73,11 @@ pub(crate) fn identifier(text: &str) -> String {
 }
 
 impl Names {
+    /// The statement that assigns an input: see [`Layout::put`].
+    pub(crate) fn put(&self, place: Structure, input: InputId, value: &str) -> String {
+        self.io.put(place, &self.inputs[input], input, value)
+    }
+
     /// The names of a net, with `prefix` before everything global.
     pub(crate) fn of(net: &Net, prefix: &str, options: &Options) -> Self {
         let prefix = identifier(prefix);
@@ -108,8 +116,7 @@ impl Names {
                 out_members.name(&output.name.text)
             }
         });
-        let vars =
-            assigned(&net.vars, members.assign(net.vars.values().map(|it| it.name.text.as_str())));
+        let vars = assigned(&net.vars, &mut members, |it| &it.name);
         let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
         if options.trace.is_some() {
             reserved.extend(MACROS_OF_TRACE.map(str::to_owned));
@@ -121,12 +128,8 @@ impl Names {
         }
         let mut enumerators = Namer::new(&SUFFIX);
         reserved.iter().for_each(|word| enumerators.reserve(word));
-        let steps = assigned(
-            &net.steps,
-            enumerators.assign(net.steps.values().map(|it| it.name.text.as_str())),
-        );
-        let names = net.transitions.values().map(|it| it.name.text.as_str());
-        let transitions = assigned(&net.transitions, Namer::new(&SUFFIX).assign(names));
+        let steps = assigned(&net.steps, &mut enumerators, |it| &it.name);
+        let transitions = assigned(&net.transitions, &mut Namer::new(&SUFFIX), |it| &it.name);
         let macros = Namer::new(&SUFFIX).assign(net.macros.iter().map(|it| it.name.text.as_str()));
         let edges = IdMap::build(&net.edges, |_, edge| {
             members.name(&format!("was_{}", edge_name(net, edge)))
@@ -171,8 +174,13 @@ impl Names {
 }
 
 /// One name for each item of an arena.
-fn assigned<T>(arena: &grafsynth_ir::Arena<T>, names: Vec<String>) -> IdMap<T, String> {
-    let mut names = names.into_iter();
+/// The names of all objects of a kind, made from their names in the chart.
+fn assigned<T>(
+    arena: &Arena<T>,
+    namer: &mut Namer,
+    name: impl Fn(&T) -> &Name,
+) -> IdMap<T, String> {
+    let mut names = namer.assign(arena.values().map(|it| name(it).text.as_str())).into_iter();
     IdMap::build(arena, |_, _| names.next().unwrap_or_default())
 }
 

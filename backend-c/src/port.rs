@@ -1,48 +1,42 @@
 //! `NAME_port.h`: the machine-dependent parts, and the ring that interrupts write to.
 
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use crate::header::Layout;
 use crate::io::INPUT_BITS;
 use crate::io::Structure;
-use crate::{File, FileKind, Object};
-use grafsynth_ir::net::InputKind;
+use crate::times::Ticks;
+use crate::{File, Object};
+use grafsynth_ir::net::{InputId, InputKind};
 use itertools::Itertools as _;
 
 impl Layout<'_> {
     pub(crate) fn port(&self) -> File {
         let upper = &self.names.upper;
+        let nothing = |name: &str| Node::default_macro(&format!("{upper}_{name}"), "((void)0)");
         let mut nodes = vec![
-            self.banner("the machine-dependent parts. To change a macro, define it before this file is read, or with -D."),
-            Node::directive(format!("#ifndef {upper}_PORT_H")),
-            Node::directive(format!("#define {upper}_PORT_H")),
             Node::blank(),
-            Node::directive("#include <stdbool.h>"),
-            Node::directive("#include <stdint.h>"),
+            Node::comment(
+                "Critical section around data that interrupts share with the chart: disable interrupts, and restore them.",
+            ),
+        ];
+        nodes.extend(nothing("ENTER_CRITICAL()"));
+        nodes.extend(nothing("EXIT_CRITICAL()"));
+        nodes.push(Node::blank());
+        nodes.push(Node::comment("A state variable has an impossible value: the memory was corrupted. The usual response is a restart."));
+        nodes.extend(nothing("BAD_STATE(self)"));
+        nodes.push(Node::blank());
+        nodes.push(Node::comment("After a whole scan: reset the watchdog timer. If nothing is pending after it: sleep until an interrupt."));
+        nodes.extend(nothing("WATCHDOG()"));
+        nodes.extend(nothing("IDLE()"));
+        nodes.extend([
             Node::blank(),
-            Node::comment("Critical section around data that interrupts share with the chart: disable interrupts, and restore them."),
-            Node::directive(format!("#ifndef {upper}_ENTER_CRITICAL")),
-            Node::directive(format!("#define {upper}_ENTER_CRITICAL() ((void)0)")),
-            Node::directive("#endif"),
-            Node::directive(format!("#ifndef {upper}_EXIT_CRITICAL")),
-            Node::directive(format!("#define {upper}_EXIT_CRITICAL() ((void)0)")),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("A state variable has an impossible value: the memory was corrupted. The usual response is a restart."),
-            Node::directive(format!("#ifndef {upper}_BAD_STATE")),
-            Node::directive(format!("#define {upper}_BAD_STATE(self) ((void)0)")),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("After a whole scan: reset the watchdog timer. If nothing is pending after it: sleep until an interrupt."),
-            Node::directive(format!("#ifndef {upper}_WATCHDOG")),
-            Node::directive(format!("#define {upper}_WATCHDOG() ((void)0)")),
-            Node::directive("#endif"),
-            Node::directive(format!("#ifndef {upper}_IDLE")),
-            Node::directive(format!("#define {upper}_IDLE() ((void)0)")),
-            Node::directive("#endif"),
-            Node::blank(),
-            Node::comment("The memory of constant tables: flash, on machines where it must be declared."),
+            Node::comment(
+                "The memory of constant tables: flash, on machines where it must be declared.",
+            ),
             Node::directive(format!("#ifndef {upper}_ROM")),
-            Node::directive("#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)"),
+            Node::directive(
+                "#if defined(__FLASH) && !defined(__STRICT_ANSI__) && !defined(__cplusplus)",
+            ),
             Node::directive(format!("#define {upper}_ROM const __flash")),
             Node::directive("#elif defined(__SDCC_mcs51)"),
             Node::directive(format!("#define {upper}_ROM const __code")),
@@ -51,39 +45,34 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::directive("#endif"),
             Node::blank(),
-        ];
-        nodes.push(Node::directive(format!("#include \"{}.h\"", self.names.stem)));
-        nodes.push(Node::blank());
+            Node::directive(format!("#include \"{}.h\"", self.names.stem)),
+            Node::blank(),
+        ]);
         self.latch(&mut nodes);
         self.ring(&mut nodes);
         self.scan(&mut nodes);
         self.handover(&mut nodes);
-        nodes.push(Node::directive("#endif"));
-        self.file(format!("{}_port.h", self.names.stem), &nodes, FileKind::Header)
+        let what = "the machine-dependent parts. To change a macro, define it before this file is read, or with -D.";
+        self.header_file("_port", what, nodes)
     }
 
     /// Writes the event ring: interrupts add events, and the loop that calls the chart removes them.
     fn ring(&self, nodes: &mut Vec<Node>) {
         let (prefix, upper) = (&self.names.prefix, &self.names.upper);
-        let events: Vec<_> =
-            self.net.inputs.iter().filter(|(_, input)| input.kind == InputKind::Event).collect();
-        if events.is_empty() {
-            return;
-        }
-        let mut body: Vec<Node> = Vec::new();
-        for (position, (id, input)) in events.iter().enumerate() {
-            let comma = if position + 1 == events.len() { "" } else { "," };
-            body.push(
-                Node::line(format!("{upper}_EVENT_{}{comma}", self.names.inputs[*id]))
-                    .note(input.meta.label.clone())
-                    .about(Object::Input(*id)),
-            );
-        }
-        nodes.push(
-            Kind::Braces("typedef enum".to_string(), body, format!(" {prefix}_event_t;")).into(),
-        );
-        nodes.push(Node::blank());
+        let events: Vec<InputId> = (self.net.inputs.iter())
+            .filter(|(_, input)| input.kind == InputKind::Event)
+            .map(|(id, _)| id)
+            .collect();
+        let Some(last) = events.last() else { return };
+        let enumerators = events.iter().map(|id| {
+            let comma = if id == last { "" } else { "," };
+            Node::line(format!("{upper}_EVENT_{}{comma}", self.names.inputs[*id]))
+                .note(self.net.inputs[*id].meta.label.clone())
+                .about(Object::Input(*id))
+        });
         nodes.extend([
+            Node::typedef("enum", enumerators.collect(), format!("{prefix}_event_t")),
+            Node::blank(),
             Node::comment(
                 "Memory barrier between writing an event and writing the index that publishes it.",
             ),
@@ -99,34 +88,34 @@ impl Layout<'_> {
             Node::directive("#endif"),
             Node::directive("#endif"),
             Node::blank(),
+            Node::comment("The number of entries of a ring, a power of two up to 128."),
         ]);
-        nodes.push(Node::comment("The number of entries of a ring, a power of two up to 128."));
-        nodes.push(Node::directive(format!("#ifndef {upper}_RING_SIZE")));
-        nodes.push(Node::directive(format!("#define {upper}_RING_SIZE 16U")));
-        nodes.push(Node::directive("#endif"));
-        nodes.push(Node::blank());
-        nodes.push(Node::comment(
-            "Events on their way from interrupts to the chart. Zero it before use. One writer and one reader need no lock:\neach index is written by one side only and is a single byte.",
-        ));
-        nodes.push(
-            Kind::Braces(
-                "typedef struct".to_string(),
-                vec![
-                    Node::line("volatile uint8_t head;").note("the next entry to write"),
-                    Node::line("volatile uint8_t tail;").note("the next entry to read"),
-                    Node::line("volatile uint8_t lost;")
-                        .note("events lost because the ring was full; stays at 255"),
-                    Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
-                ],
-                format!(" {prefix}_ring_t;"),
-            )
-            .into(),
-        );
-        nodes.push(Node::blank());
-        nodes.push(Node::comment(
+        nodes.extend(Node::default_macro(&format!("{upper}_RING_SIZE"), "16U"));
+        let members = vec![
+            Node::line("volatile uint8_t head;").note("the next entry to write"),
+            Node::line("volatile uint8_t tail;").note("the next entry to read"),
+            Node::line("volatile uint8_t lost;")
+                .note("events lost because the ring was full; stays at 255"),
+            Node::line(format!("volatile uint8_t events[{upper}_RING_SIZE];")),
+        ];
+        nodes.extend([
+            Node::blank(),
+            Node::comment(
+                "Events on their way from interrupts to the chart. Zero it before use. One writer and one reader need no lock:\neach index is written by one side only and is a single byte.",
+            ),
+            Node::typedef("struct", members, format!("{prefix}_ring_t")),
+            Node::blank(),
+        ]);
+        nodes.extend(self.post());
+        nodes.extend(self.take(&events));
+    }
+
+    /// `NAME_post`: adds an event to the ring.
+    fn post(&self) -> [Node; 3] {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let count = Node::line("ring->lost = (uint8_t)(ring->lost + 1U);");
+        Node::documented(
             "For interrupts: false when the ring is full; the event is then lost, and counted.",
-        ));
-        nodes.push(Node::function(
             format!(
                 "static inline bool {prefix}_post({prefix}_ring_t *ring, {prefix}_event_t event)"
             ),
@@ -135,10 +124,7 @@ impl Layout<'_> {
                 Node::when(
                     &format!("(uint8_t)(head - ring->tail) >= {upper}_RING_SIZE"),
                     vec![
-                        Node::when(
-                            "ring->lost != 255U",
-                            vec![Node::line("ring->lost = (uint8_t)(ring->lost + 1U);")],
-                        ),
+                        Node::when("ring->lost != 255U", vec![count]),
                         Node::line("return false;"),
                     ],
                 ),
@@ -149,49 +135,35 @@ impl Layout<'_> {
                 Node::line("ring->head = (uint8_t)(head + 1U);"),
                 Node::line("return true;"),
             ],
-        ));
-        nodes.push(Node::blank());
-        let mut cases: Vec<Node> = Vec::new();
-        for (id, _) in &events {
-            let name = &self.names.inputs[*id];
-            let case = Kind::Case(
-                vec![format!("case {upper}_EVENT_{name}:")],
-                vec![
-                    Node::line(self.names.io.put(Structure::Behind("in"), name, *id, "true")),
-                    Node::line("break;"),
-                ],
-            );
-            cases.push(case.into());
-        }
-        cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
-        let mut take: Vec<Node> = events
-            .iter()
-            .map(|(id, _)| {
-                Node::line(self.names.io.put(
-                    Structure::Behind("in"),
-                    &self.names.inputs[*id],
-                    *id,
-                    "false",
-                ))
-            })
-            .collect();
-        take.extend([
+        )
+    }
+
+    /// `NAME_take`: moves the oldest event of the ring to the inputs.
+    fn take(&self, events: &[InputId]) -> [Node; 3] {
+        let (prefix, upper) = (&self.names.prefix, &self.names.upper);
+        let put = |id: InputId, value: &str| {
+            Node::line(self.names.put(Structure::Behind("in"), id, value))
+        };
+        let cases = events.iter().map(|id| {
+            let label = format!("{upper}_EVENT_{}", self.names.inputs[*id]);
+            Node::case(label, vec![put(*id, "true")])
+        });
+        let event = format!("ring->events[tail & ({upper}_RING_SIZE - 1U)]");
+        let mut body: Vec<Node> = events.iter().map(|id| put(*id, "false")).collect();
+        body.extend([
             Node::line("const uint8_t tail = ring->tail;"),
             Node::when("tail == ring->head", vec![Node::line("return false;")]),
             Node::line(format!("{upper}_BARRIER();")),
-            Node::block(format!("switch (ring->events[tail & ({upper}_RING_SIZE - 1U)])"), cases),
+            Node::switch(event, cases.collect()),
             Node::line(format!("{upper}_BARRIER();")),
             Node::line("ring->tail = (uint8_t)(tail + 1U);"),
             Node::line("return true;"),
         ]);
-        nodes.push(Node::comment(
+        Node::documented(
             "For the loop that calls the chart: puts the oldest event, and no other, into the inputs; false when there was none.",
-        ));
-        nodes.push(Node::function(
             format!("static inline bool {prefix}_take({prefix}_ring_t *ring, {prefix}_in_t *in)"),
-            take,
-        ));
-        nodes.push(Node::blank());
+            body,
+        )
     }
 
     /// Writes the function that copies, in one critical section, all inputs that interrupts write.
@@ -226,16 +198,13 @@ impl Layout<'_> {
             }));
         }
         body.push(Node::line(format!("{upper}_EXIT_CRITICAL();")));
-        nodes.push(Node::comment(
+        nodes.extend(Node::documented(
             "Copies the inputs that interrupts write, all at one moment, except events, which use the ring.",
-        ));
-        nodes.push(Node::function(
             format!(
                 "static inline void {prefix}_latch({prefix}_in_t *in, const volatile {prefix}_in_t *pins)"
             ),
             body,
         ));
-        nodes.push(Node::blank());
     }
 
     /// Writes the functions around `step` for a machine with interrupts.
@@ -244,26 +213,24 @@ impl Layout<'_> {
         let i = self.interface;
         let has = |kind: InputKind| self.net.inputs.values().any(|input| input.kind == kind);
         let has_ring = has(InputKind::Event);
-        let mut parameters = Vec::new();
-        if i.has_instance {
-            parameters.push(format!("{prefix}_t *self"));
-        }
-        if has_ring {
-            parameters.push(format!("{prefix}_ring_t *ring"));
-        }
+        let ty = i.ticks.map_or("", Ticks::name);
+        // The parameters of both functions, and their names.
+        let (parameters, passed): (Vec<String>, Vec<&str>) = [
+            (i.has_instance, format!("{prefix}_t *self"), "self"),
+            (has_ring, format!("{prefix}_ring_t *ring"), "ring"),
+            (has(InputKind::Pin), format!("const volatile {prefix}_in_t *pins"), "pins"),
+            (i.ticks.is_some(), format!("{ty} dt"), "dt"),
+            (i.has_out, format!("{prefix}_out_t *out"), "out"),
+        ]
+        .into_iter()
+        .filter_map(|(is_there, parameter, name)| is_there.then_some((parameter, name)))
+        .unzip();
         let mut body = Vec::new();
         if i.has_in {
             body.push(Node::line(format!("{prefix}_in_t in;")));
         }
         if has(InputKind::Pin) {
-            parameters.push(format!("const volatile {prefix}_in_t *pins"));
             body.push(Node::line(format!("{prefix}_latch(&in, pins);")));
-        }
-        if let Some(ticks) = i.ticks {
-            parameters.push(format!("{} dt", ticks.name()));
-        }
-        if i.has_out {
-            parameters.push(format!("{prefix}_out_t *out"));
         }
         let step = |dt: &str| {
             let arguments = [
@@ -301,33 +268,19 @@ impl Layout<'_> {
                 Node::line(format!("{upper}_IDLE();")),
             )
         };
-        nodes.push(Node::comment(once));
         let list = if parameters.is_empty() { "void".to_string() } else { parameters.join(", ") };
-        nodes.push(Node::function(format!("static inline void {prefix}_scan_isr({list})"), body));
-        nodes.push(Node::blank());
-        let arguments = [
-            (i.has_instance, "self"),
-            (has_ring, "ring"),
-            (has(InputKind::Pin), "pins"),
-            (i.ticks.is_some(), "dt"),
-            (i.has_out, "out"),
-        ]
-        .into_iter()
-        .filter_map(|(is_there, argument)| is_there.then_some(argument))
-        .join(", ");
-        nodes.push(Node::comment(
+        let head = format!("static inline void {prefix}_scan_isr({list})");
+        nodes.extend(Node::documented(once, head, body));
+        nodes.extend(Node::documented(
             "Runs a scan in the main loop, then resets the watchdog timer, and sleeps if nothing is pending. An interrupt between the check and the sleep would be missed, so both\nare in a critical section.",
-        ));
-        nodes.push(Node::function(
             format!("static inline void {prefix}_scan({list})"),
             vec![
-                Node::line(format!("{prefix}_scan_isr({arguments});")),
+                Node::line(format!("{prefix}_scan_isr({});", passed.join(", "))),
                 Node::line(format!("{upper}_WATCHDOG();")),
                 Node::line(format!("{upper}_ENTER_CRITICAL();")),
                 idle,
                 Node::line(format!("{upper}_EXIT_CRITICAL();")),
             ],
         ));
-        nodes.push(Node::blank());
     }
 }

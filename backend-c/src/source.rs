@@ -112,37 +112,9 @@ impl Layout<'_> {
     fn wide_functions(&self, nodes: &mut Vec<Node>) {
         let prefix = &self.names.prefix;
         let [product, quotient, rest] = WIDE_FUNCTIONS.map(|word| format!("{prefix}_{word}"));
-        let needs_division = self.calls(&quotient) || self.calls(&rest);
-        if needs_division {
+        if self.calls(&quotient) || self.calls(&rest) {
             nodes.push(Node::directive("#if defined(__SDCC_mcs51)"));
-            nodes.push(Node::comment(
-                "The quotient of two magnitudes, bit by bit; the remainder is stored through the pointer.",
-            ));
-            nodes.push(Node::function(
-                format!(
-                    "static uint64_t {prefix}_long_division(int64_t a, int64_t b, uint64_t *rest)"
-                ),
-                vec![
-                    Node::line("uint64_t n = (a < 0) ? 0U - (uint64_t)a : (uint64_t)a;"),
-                    Node::line("const uint64_t d = (b < 0) ? 0U - (uint64_t)b : (uint64_t)b;"),
-                    Node::line("uint64_t r = 0U;"),
-                    Node::block(
-                        "for (uint8_t i = 0U; i < 64U; ++i)",
-                        vec![
-                            Node::line("const uint8_t top = (uint8_t)(n >> 63);"),
-                            Node::line("n += n;"),
-                            Node::line("r += r;"),
-                            Node::line("r |= top;"),
-                            Node::when(
-                                "r >= d",
-                                vec![Node::line("r -= d;"), Node::line("n |= 1U;")],
-                            ),
-                        ],
-                    ),
-                    Node::line("*rest = r;"),
-                    Node::line("return n;"),
-                ],
-            ));
+            nodes.extend(self.long_division());
             nodes.push(Node::directive("#endif"));
             nodes.push(Node::blank());
         }
@@ -193,6 +165,31 @@ impl Layout<'_> {
                 nodes.push(Node::blank());
             }
         }
+    }
+
+    /// The function from which quotient and remainder of 64 bits are made.
+    fn long_division(&self) -> [Node; 2] {
+        let take = vec![Node::line("r -= d;"), Node::line("n |= 1U;")];
+        let round = vec![
+            Node::line("const uint8_t top = (uint8_t)(n >> 63);"),
+            Node::line("n += n;"),
+            Node::line("r += r;"),
+            Node::line("r |= top;"),
+            Node::when("r >= d", take),
+        ];
+        let body = vec![
+            Node::line("uint64_t n = (a < 0) ? 0U - (uint64_t)a : (uint64_t)a;"),
+            Node::line("const uint64_t d = (b < 0) ? 0U - (uint64_t)b : (uint64_t)b;"),
+            Node::line("uint64_t r = 0U;"),
+            Node::block("for (uint8_t i = 0U; i < 64U; ++i)", round),
+            Node::line("*rest = r;"),
+            Node::line("return n;"),
+        ];
+        let prefix = &self.names.prefix;
+        let title = "The quotient of two magnitudes, bit by bit; the remainder is stored through the pointer.";
+        let head =
+            format!("static uint64_t {prefix}_long_division(int64_t a, int64_t b, uint64_t *rest)");
+        [Node::comment(title), Node::function(head, body)]
     }
 
     /// Whether the emitted text calls a helper.

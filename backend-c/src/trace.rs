@@ -182,8 +182,7 @@ pub(crate) fn ring(names: &Names, net: &Net, places: u16) -> Vec<Node> {
             .note("size of the trace in bytes"),
         Node::directive(format!("#define {upper}_TRACE_CHART 0x{:08x}U", hash(net)))
             .note("identifies the chart"),
-        Kind::Braces("typedef struct".to_string(), body, format!(" {}_trace_t;", names.prefix))
-            .into(),
+        Node::typedef("struct", body, format!("{}_trace_t", names.prefix)),
         Node::blank(),
     ]
 }

@@ -62,6 +62,21 @@ pub struct Signal {
     pub meta: Meta,
 }
 
+impl Signal {
+    /// A signal without a pin.
+    pub(crate) fn new(name: String, source: Source, meta: &Meta) -> Self {
+        Signal {
+            name,
+            source,
+            pin: None,
+            is_pin_inverted: false,
+            is_complement: false,
+            shared: None,
+            meta: meta.clone(),
+        }
+    }
+}
+
 /// The object that a [`Signal`] represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Source {

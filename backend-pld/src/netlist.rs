@@ -108,7 +108,7 @@ impl Netlist {
     }
 }
 
-/// A function becomes a wire if it has a name, if several functions use it, or if it is deep inside an expression; in BLIF every gate does.
+/// The names of all wires, and the data of those that have their own name.
 fn choose_wires(
     logic: &Logic,
     is_blif: bool,
@@ -121,42 +121,14 @@ fn choose_wires(
         )
     };
     let keep = needed(logic, roots().map(|(node, _)| node));
-    let is_gate = |node: NodeId| match logic.nodes[node] {
-        Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
-        Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::Not(_) => false,
-    };
-    // A negation is printed where it is used, so its uses count as uses of its operand.
-    let mut uses: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
-    for (root, _) in roots() {
-        uses[root] += 1;
-    }
-    for (id, node) in logic.nodes.iter().rev() {
-        if keep[id] {
-            let times = if matches!(node, Node::Not(_)) { uses[id] } else { 1 };
-            for_each_operand(node, |operand| uses[operand] = uses[operand].saturating_add(times));
-        }
-    }
-    let mut is_wire: IdMap<Node, bool> = IdMap::filled(&logic.nodes, false);
+    let is_wire = is_wire(logic, is_blif, &keep, roots().map(|(node, _)| node));
     let mut wires: WireNames = IdMap::filled(&logic.nodes, None);
     let mut meta = Vec::new();
     for wire in &logic.wires {
-        if keep[wire.node] && is_gate(wire.node) && !is_wire[wire.node] {
-            is_wire[wire.node] = true;
+        if is_wire[wire.node] && wires[wire.node].is_none() {
             wires[wire.node] = Some(names.name(&wire.name));
             meta.push((wire.node, wire.meta.clone()));
         }
-    }
-    let mut depth: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
-    for (id, node) in logic.nodes.iter() {
-        if !keep[id] {
-            continue;
-        }
-        let mut below = 0;
-        for_each_operand(node, |operand| below = below.max(depth[operand]));
-        if is_gate(id) && (is_blif || uses[id] > 1 || below + 1 >= MAX_DEPTH) {
-            is_wire[id] = true;
-        }
-        depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
     }
     // A wire without its own name is named after its user: the function of a pin is `next_p2` or `R_d`, and its parts are numbered.
     let mut owner: IdMap<Node, Option<u32>> = IdMap::filled(&logic.nodes, None);
@@ -196,4 +168,38 @@ fn choose_wires(
         }
     }
     (wires, meta)
+}
+
+/// A function becomes a wire if it has a name, if several functions use it, or if it is deep inside an expression; in BLIF every gate does.
+fn is_wire(
+    logic: &Logic,
+    is_blif: bool,
+    keep: &IdMap<Node, bool>,
+    roots: impl Iterator<Item = NodeId>,
+) -> IdMap<Node, bool> {
+    let is_gate = |node: NodeId| match logic.nodes[node] {
+        Node::And(_) | Node::Or(_) | Node::Xor(..) | Node::Mux(..) => true,
+        Node::Const(_) | Node::Input(_) | Node::Flop(_) | Node::Not(_) => false,
+    };
+    // A negation is printed where it is used, so its uses count as uses of its operand.
+    let mut uses: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
+    roots.for_each(|root| uses[root] += 1);
+    for (id, node) in logic.nodes.iter().rev().filter(|(id, _)| keep[*id]) {
+        let times = if matches!(node, Node::Not(_)) { uses[id] } else { 1 };
+        for_each_operand(node, |operand| uses[operand] = uses[operand].saturating_add(times));
+    }
+    let mut is_wire: IdMap<Node, bool> = IdMap::filled(&logic.nodes, false);
+    for wire in &logic.wires {
+        is_wire[wire.node] = keep[wire.node] && is_gate(wire.node);
+    }
+    let mut depth: IdMap<Node, u32> = IdMap::filled(&logic.nodes, 0);
+    for (id, node) in logic.nodes.iter().filter(|(id, _)| keep[*id]) {
+        let mut below = 0;
+        for_each_operand(node, |operand| below = below.max(depth[operand]));
+        if is_gate(id) && (is_blif || uses[id] > 1 || below + 1 >= MAX_DEPTH) {
+            is_wire[id] = true;
+        }
+        depth[id] = if is_wire[id] { 0 } else { below + u32::from(is_gate(id)) };
+    }
+    is_wire
 }

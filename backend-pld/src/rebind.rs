@@ -1,13 +1,13 @@
 //! Restores the roles of a circuit that was read.
 
 use crate::codes;
-use crate::{Dialect, Emitted, Object};
+use crate::{Dialect, Emitted, Named, Object};
 use grafsynth_ir::Gather;
 use grafsynth_ir::arena::{Arena, Id, IdMap};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::logic::{FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
-use grafsynth_logic::build::{Builder, map_operands, prune};
-use std::collections::BTreeMap;
+use grafsynth_ir::logic::{Flop, FlopId, Logic, Node, NodeId, PinInput, PinOutput, PinRole};
+use grafsynth_logic::build::{Builder, map_operands, needed, prune};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Gives a circuit that was read back the roles of the circuit that was written. By name, each input, flip-flop and output becomes the original object, in the
 /// original order, with label, tags and location. The functions and power-up values of the text are kept. A pin of the text that was not written keeps an
@@ -16,131 +16,156 @@ use std::collections::BTreeMap;
 /// Returns a finding for each signal that is missing; the circuit is then incomplete and proves nothing.
 #[must_use]
 pub fn rebind(logic: &mut Logic, emitted: &Emitted) -> Vec<Diagnostic> {
-    let mut findings = Vec::new();
     let read = std::mem::take(logic);
-    let folds_case = match emitted.dialect {
-        Dialect::Palasm => true,
-        Dialect::Cupl | Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
-    };
-    let key = |name: &str| if folds_case { name.to_ascii_lowercase() } else { name.to_owned() };
-    let find_inputs: BTreeMap<String, _> =
-        read.inputs.iter().map(|(id, input)| (key(&input.name), id)).gather();
-    let find_flops: BTreeMap<String, FlopId> =
-        read.flops.iter().map(|(id, flop)| (key(&flop.name), id)).gather();
-    let find_outputs: BTreeMap<String, _> =
-        read.outputs.iter().map(|(id, output)| (key(&output.name), id)).gather();
-    let mut missing = |name: &str| {
-        let message = format!("`{name}` was written but is missing in the text that was read back");
-        findings.push(
-            Diagnostic::error(codes::NOT_READ_BACK, message)
-                .help("this is a bug in grafsynth: please report it with the chart"),
-        );
-    };
-
-    let mut new = Logic { name: read.name.clone(), ..Logic::default() };
-    let mut input_image: IdMap<PinInput, Option<Id<PinInput>>> = IdMap::filled(&read.inputs, None);
-    let mut flop_image: IdMap<_, Option<FlopId>> = IdMap::filled(&read.flops, None);
-    let mut outputs: Vec<(PinOutput, Option<FlopId>)> = Vec::new();
-    let mut complements: Vec<FlopId> = Vec::new();
-    let mut is_claimed: IdMap<PinOutput, bool> = IdMap::filled(&read.outputs, false);
-    for named in &emitted.names {
-        let name = key(&named.name);
-        match &named.object {
-            Object::Clock => {}
-            // If the buried node has a pin, the text shows it there; the circuit has no such output.
-            Object::Buried => {
-                if let Some(&pin) = find_outputs.get(&name) {
-                    is_claimed[pin] = true;
-                }
-            }
-            Object::Reset | Object::Input(_) => match find_inputs.get(&name) {
-                Some(&id) => {
-                    let input = match &named.object {
-                        Object::Input(input) => input.clone(),
-                        _ => PinInput {
-                            name: named.name.clone(),
-                            role: PinRole::Reset,
-                            meta: Default::default(),
-                        },
-                    };
-                    input_image[id] = Some(new.inputs.push(input));
-                }
-                None => missing(&named.name),
-            },
-            Object::Flop(flop) => match find_flops.get(&name) {
-                Some(&id) => {
-                    let own = &read.flops[id];
-                    let mut flop = flop.clone();
-                    flop.init = own.init;
-                    flop.next = own.next;
-                    let image = new.flops.push(flop);
-                    flop_image[id] = Some(image);
-                    complements.extend(named.is_complement.then_some(image));
-                    // The text shows the flip-flop on a pin; the circuit has no such output.
-                    if let Some(&pin) = find_outputs.get(&name) {
-                        is_claimed[pin] = true;
-                    }
-                }
-                None => missing(&named.name),
-            },
-            Object::Output(output) => match find_outputs.get(&name) {
-                Some(&id) => {
-                    is_claimed[id] = true;
-                    let mut output = output.clone();
-                    output.value = read.outputs[id].value;
-                    outputs.push((output, find_flops.get(&name).copied()));
-                }
-                None => missing(&named.name),
-            },
-        }
-    }
-    // Registers of outputs have no state flip-flop, unless something reads them.
-    let mut is_read: IdMap<_, bool> = IdMap::filled(&read.flops, false);
-    let nodes_in_use =
-        grafsynth_logic::build::needed(&read, read.flops.values().map(|flop| flop.next));
-    for (id, node) in read.nodes.iter() {
-        if let (true, Node::Flop(flop)) = (nodes_in_use[id], node) {
-            is_read[*flop] = true;
-        }
-    }
-    for (mut output, register) in outputs {
-        output.registered = None;
-        if let Some(id) = register.filter(|&id| flop_image[id].is_none() && !is_read[id]) {
-            let flop = &read.flops[id];
-            output.registered = Some(flop.init);
-            output.value = flop.next;
-        }
-        new.outputs.push(output);
-    }
-    // Objects that were not written stay.
-    for (id, input) in read.inputs.iter() {
-        if input_image[id].is_none() {
-            input_image[id] = Some(new.inputs.push(input.clone()));
-        }
-    }
-    let registers_of_outputs: std::collections::BTreeSet<String> = emitted
-        .names
-        .iter()
-        .filter(
-            |named| matches!(&named.object, Object::Output(output) if output.registered.is_some()),
-        )
-        .map(|named| key(&named.name))
-        .gather();
-    for (id, flop) in read.flops.iter() {
-        let is_output = registers_of_outputs.contains(&key(&flop.name)) && !is_read[id];
-        if flop_image[id].is_none() && !is_output {
-            flop_image[id] = Some(new.flops.push(flop.clone()));
-        }
-    }
-    for (id, output) in read.outputs.iter() {
-        if !is_claimed[id] {
-            new.outputs.push(output.clone());
-        }
-    }
-    new.nodes = renumbered(&read, &input_image, &flop_image);
+    let mut images = Images::new(&read, emitted.dialect);
+    let missing: Vec<&Named> = emitted.names.iter().filter(|named| !images.claim(named)).collect();
+    images.add_outputs();
+    images.add_unwritten(emitted);
+    let Images { mut new, inputs, flops, complements, .. } = images;
+    new.nodes = renumbered(&read, &inputs, &flops);
+    new.name = read.name;
     new.wires = read.wires;
     *logic = prune(if complements.is_empty() { new } else { complemented(new, &complements) });
-    findings
+    let finding = |Named { name, .. }: &Named| {
+        let message = format!("`{name}` was written but is missing in the text that was read back");
+        Diagnostic::error(codes::NOT_READ_BACK, message)
+            .help("this is a bug in grafsynth: please report it with the chart")
+    };
+    missing.into_iter().map(finding).collect()
+}
+
+/// Objects of a circuit by name.
+type ByName<T> = BTreeMap<String, Id<T>>;
+
+/// The circuit that was read, the new circuit, and what became of each object.
+struct Images<'a> {
+    read: &'a Logic,
+    folds_case: bool,
+    by_name: (ByName<PinInput>, ByName<Flop>, ByName<PinOutput>),
+    new: Logic,
+    inputs: IdMap<PinInput, Option<Id<PinInput>>>,
+    flops: IdMap<Flop, Option<FlopId>>,
+    /// The written outputs, each with the flip-flop of the same name, which may be its register.
+    outputs: Vec<(PinOutput, Option<FlopId>)>,
+    /// The new flip-flops that the text shows complemented.
+    complements: Vec<FlopId>,
+    /// The outputs that were written.
+    is_claimed: IdMap<PinOutput, bool>,
+    /// The flip-flops that a flip-flop reads.
+    is_read: IdMap<Flop, bool>,
+}
+
+impl<'a> Images<'a> {
+    fn new(read: &'a Logic, dialect: Dialect) -> Self {
+        let folds_case = match dialect {
+            Dialect::Palasm => true,
+            Dialect::Cupl | Dialect::Galasm | Dialect::Verilog | Dialect::Blif => false,
+        };
+        let mut is_read = IdMap::filled(&read.flops, false);
+        let in_use = needed(read, read.flops.values().map(|flop| flop.next));
+        for (id, node) in read.nodes.iter() {
+            if let (true, Node::Flop(flop)) = (in_use[id], node) {
+                is_read[*flop] = true;
+            }
+        }
+        Images {
+            read,
+            folds_case,
+            by_name: (
+                by_name(&read.inputs, folds_case, |it| &it.name),
+                by_name(&read.flops, folds_case, |it| &it.name),
+                by_name(&read.outputs, folds_case, |it| &it.name),
+            ),
+            new: Logic::default(),
+            inputs: IdMap::filled(&read.inputs, None),
+            flops: IdMap::filled(&read.flops, None),
+            outputs: Vec::new(),
+            complements: Vec::new(),
+            is_claimed: IdMap::filled(&read.outputs, false),
+            is_read,
+        }
+    }
+
+    /// Adds the object that was written under a name; false if the text does not contain it.
+    fn claim(&mut self, named: &Named) -> bool {
+        let name = key(&named.name, self.folds_case);
+        let (inputs, flops, outputs) = &self.by_name;
+        let (input, flop, output) = (inputs.get(&name), flops.get(&name), outputs.get(&name));
+        match (&named.object, input, flop, output) {
+            (Object::Clock, ..) => {}
+            // If the buried node or the flip-flop has a pin, the text shows it there; the circuit has no such output.
+            (Object::Buried, ..) => {
+                output.into_iter().for_each(|pin| self.is_claimed[*pin] = true);
+            }
+            (Object::Reset, Some(&id), ..) => {
+                let (name, meta) = (named.name.clone(), Default::default());
+                let input = PinInput { name, role: PinRole::Reset, meta };
+                self.inputs[id] = Some(self.new.inputs.push(input));
+            }
+            (Object::Input(input), Some(&id), ..) => {
+                self.inputs[id] = Some(self.new.inputs.push(input.clone()));
+            }
+            (Object::Flop(flop), _, Some(&id), _) => {
+                let Flop { init, next, .. } = self.read.flops[id];
+                let image = self.new.flops.push(Flop { init, next, ..flop.clone() });
+                self.flops[id] = Some(image);
+                self.complements.extend(named.is_complement.then_some(image));
+                output.into_iter().for_each(|pin| self.is_claimed[*pin] = true);
+            }
+            (Object::Output(output), _, register, Some(&id)) => {
+                self.is_claimed[id] = true;
+                let value = self.read.outputs[id].value;
+                self.outputs.push((PinOutput { value, ..output.clone() }, register.copied()));
+            }
+            (Object::Reset | Object::Input(_) | Object::Flop(_) | Object::Output(_), ..) => {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Adds the written outputs. The register of an output has no state flip-flop, unless something reads it.
+    fn add_outputs(&mut self) {
+        for (mut output, register) in std::mem::take(&mut self.outputs) {
+            output.registered = None;
+            if let Some(id) = register.filter(|&id| self.flops[id].is_none() && !self.is_read[id]) {
+                let flop = &self.read.flops[id];
+                output.registered = Some(flop.init);
+                output.value = flop.next;
+            }
+            self.new.outputs.push(output);
+        }
+    }
+
+    /// Adds the objects that were not written: they stay as they are.
+    fn add_unwritten(&mut self, emitted: &Emitted) {
+        for (id, input) in self.read.inputs.iter() {
+            self.inputs[id].get_or_insert_with(|| self.new.inputs.push(input.clone()));
+        }
+        let is_register = |named: &&Named| matches!(&named.object, Object::Output(output) if output.registered.is_some());
+        let registers: BTreeSet<String> = (emitted.names.iter().filter(is_register))
+            .map(|named| key(&named.name, self.folds_case))
+            .gather();
+        for (id, flop) in self.read.flops.iter() {
+            if self.is_read[id] || !registers.contains(&key(&flop.name, self.folds_case)) {
+                self.flops[id].get_or_insert_with(|| self.new.flops.push(flop.clone()));
+            }
+        }
+        for (id, output) in self.read.outputs.iter() {
+            if !self.is_claimed[id] {
+                self.new.outputs.push(output.clone());
+            }
+        }
+    }
+}
+
+/// The form of a name in which names are compared.
+fn key(name: &str, folds_case: bool) -> String {
+    if folds_case { name.to_ascii_lowercase() } else { name.to_owned() }
+}
+
+fn by_name<T>(arena: &Arena<T>, folds_case: bool, name: impl Fn(&T) -> &str) -> ByName<T> {
+    arena.iter().map(|(id, it)| (key(name(it), folds_case), id)).gather()
 }
 
 /// The same circuit with these flip-flops replaced by their complements.
@@ -178,7 +203,7 @@ fn complemented(logic: Logic, flops: &[FlopId]) -> Logic {
 fn renumbered(
     read: &Logic,
     inputs: &IdMap<PinInput, Option<Id<PinInput>>>,
-    flops: &IdMap<grafsynth_ir::logic::Flop, Option<FlopId>>,
+    flops: &IdMap<Flop, Option<FlopId>>,
 ) -> Arena<Node> {
     let image = |node: &Node| match node {
         Node::Input(input) => inputs[*input].map_or(Node::Const(false), Node::Input),

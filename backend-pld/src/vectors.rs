@@ -72,6 +72,54 @@ pub struct TraceRow {
     pub fault: bool,
 }
 
+impl VectorRow {
+    /// The bits of a row of the trace, which takes this number of clocks.
+    fn of(net: &Net, logic: &Logic, row: &TraceRow, clocks: u64) -> Self {
+        let bit_of = |value: i64, lo: i64, bit: u32| {
+            value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1
+        };
+        let input = |role: PinRole| match role {
+            PinRole::Input(id, bit) => {
+                let ty = net.inputs[id].ty;
+                let value = ty.saturate(row.inputs.get(id.index()).copied().unwrap_or(0));
+                bit_of(value, ty.bounds().0, bit)
+            }
+            PinRole::Tick => row.dt == 1,
+            _ => false,
+        };
+        let output = |role: PinRole| match role {
+            PinRole::Output(id, bit) => {
+                let lo = net.outputs[id].ty.bounds().0;
+                row.outputs.get(id.index()).copied().flatten().map(|value| bit_of(value, lo, bit))
+            }
+            PinRole::Fault => Some(row.fault),
+            // The `busy` pin is 0 in every row, because a row is checked after the reaction has ended.
+            PinRole::Busy => Some(false),
+            PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => None,
+        };
+        let flops = logic.flops.values().map(|flop| {
+            let holds = flop.holds?;
+            let is_active = |step: StepId| row.steps.get(step.index()).copied();
+            let bit = if let Origin::Step(step) = holds.origin {
+                is_active(step)
+            } else if let Origin::Region(step) = holds.origin {
+                // No row shows the value that the register of an inactive region keeps.
+                let parent = net.steps.get(step)?.parent?;
+                is_active(parent).filter(|is_active| *is_active).and(is_active(step))
+            } else {
+                None
+            };
+            bit.map(|bit| bit != holds.inverted)
+        });
+        VectorRow {
+            clocks,
+            inputs: logic.inputs.values().map(|pin| input(pin.role)).collect(),
+            outputs: logic.outputs.values().map(|pin| output(pin.role)).collect(),
+            flops: flops.collect(),
+        }
+    }
+}
+
 impl Vectors {
     /// The bits of a trace.
     ///
@@ -79,9 +127,6 @@ impl Vectors {
     /// If a row has more than one tick.
     pub fn of(net: &Net, logic: &Logic, rows: &[TraceRow]) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
-        let bit_of = |value: i64, lo: i64, bit: u32| {
-            value.abs_diff(lo).checked_shr(bit).unwrap_or(0) & 1 == 1
-        };
         let mut made = Vec::with_capacity(rows.len());
         let busy = logic.outputs.iter().find(|(_, pin)| pin.role == PinRole::Busy);
         let mut chip = busy.map(|_| ChipSim::new(net, logic));
@@ -96,43 +141,6 @@ impl Vectors {
                         .help("use a stimulus with dt 0 or 1"),
                 );
             }
-            let input = |role: PinRole| match role {
-                PinRole::Input(id, bit) => {
-                    let ty = net.inputs[id].ty;
-                    let value = ty.saturate(row.inputs.get(id.index()).copied().unwrap_or(0));
-                    bit_of(value, ty.bounds().0, bit)
-                }
-                PinRole::Tick => row.dt == 1,
-                _ => false,
-            };
-            let output = |role: PinRole| match role {
-                PinRole::Output(id, bit) => {
-                    let lo = net.outputs[id].ty.bounds().0;
-                    row.outputs
-                        .get(id.index())
-                        .copied()
-                        .flatten()
-                        .map(|value| bit_of(value, lo, bit))
-                }
-                PinRole::Fault => Some(row.fault),
-                // The `busy` pin is 0 in every row, because a row is checked after the reaction has ended.
-                PinRole::Busy => Some(false),
-                PinRole::Input(..) | PinRole::Tick | PinRole::Reset | PinRole::Unknown => None,
-            };
-            let flops = logic.flops.values().map(|flop| {
-                let holds = flop.holds?;
-                let is_active = |step: StepId| row.steps.get(step.index()).copied();
-                let bit = if let Origin::Step(step) = holds.origin {
-                    is_active(step)
-                } else if let Origin::Region(step) = holds.origin {
-                    // No row shows the value that the register of an inactive region keeps.
-                    let parent = net.steps.get(step)?.parent?;
-                    is_active(parent).filter(|is_active| *is_active).and(is_active(step))
-                } else {
-                    None
-                };
-                bit.map(|bit| bit != holds.inverted)
-            });
             let clocks = match &mut chip {
                 _ if index == 0 => 0,
                 None => 1,
@@ -144,12 +152,7 @@ impl Vectors {
                     }
                 },
             };
-            made.push(VectorRow {
-                clocks,
-                inputs: logic.inputs.values().map(|pin| input(pin.role)).collect(),
-                outputs: logic.outputs.values().map(|pin| output(pin.role)).collect(),
-                flops: flops.collect(),
-            });
+            made.push(VectorRow::of(net, logic, row, clocks));
         }
         if findings.is_empty() {
             Ok(Vectors {

@@ -11,8 +11,9 @@ use grafsynth_ir::interval::type_of;
 use grafsynth_ir::lower::program::{ProgramOptions, program};
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{
-    self, Block, Driver, Emission, Enter, Evolution, ForcingOrder, InputKind, Meta, Net, Output,
-    Policy, Schedule, StepKind, StmtKind, TransitionKind, VarOrigin, Verbatim,
+    self, Block, ControlledAction, Driver, Emission, Enter, Evolution, ForcingOrder, History,
+    Input, InputKind, Meta, Net, Output, Part, Policy, Schedule, Settings, Step, StepKind,
+    StmtKind, Transition, TransitionKind, Var, VarId, VarOrigin, Verbatim,
 };
 use grafsynth_ir::program::{self, Origin, Program, ResetEffect};
 use serde_json::{Value, json};
@@ -51,37 +52,92 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
         "name": net.name.text,
         "ident": Namer::new(&C).name(&net.name.text),
         "label": label,
-        "settings": {
-            "policy": match settings.policy {
-                Policy::All => "all",
-                Policy::Priority => "priority",
-                Policy::PriorityAge => "priority-age",
-                Policy::InnerFirst => "inner-first",
-                Policy::OuterFirst => "outer-first",
+        "settings": settings_json(settings),
+        "parts": list(net.parts.values(), part),
+        "inputs": list(net.inputs.values().zip(&idents.inputs), input),
+        "outputs": list(net.outputs.values().zip(&idents.outputs), output),
+        "vars": list(net.vars.iter().zip(&idents.vars), |it| var(net, it)),
+        "timers": net.timers.values().map(|timer| with_meta(json!({
+            "name": timer.name.text,
+            "condition": condition(&timer.condition),
+            "starts_expired": timer.starts_expired,
+        }), &timer.meta)).collect::<Vec<_>>(),
+        "edges": net.edges.values().map(|edge| json!({ "operand": condition(&edge.expr) })).collect::<Vec<_>>(),
+        "steps": list(net.steps.values().zip(&idents.steps), step),
+        "transitions": list(net.transitions.values().zip(&idents.transitions), transition),
+        "actions": list(net.actions.values(), action),
+        "sends": net.sends.values().map(|send| with_meta(json!({
+            "name": send.name.text, "event": send.event.index(), "delay": send.delay,
+        }), &send.meta)).collect::<Vec<_>>(),
+        "histories": list(net.histories.values(), history),
+        "forcings": net.forcings.iter().map(|forcing| json!({
+            "step": forcing.step.index(),
+            "target": indices(&forcing.target),
+            "order": match &forcing.order {
+                ForcingOrder::Situation(steps) => json!({ "situation": indices(steps) }),
+                ForcingOrder::Hold => json!("hold"),
             },
-            "evolution": match settings.evolution {
-                Evolution::Single => json!({ "mode": "single" }),
-                Evolution::Stable { limit } => json!({ "mode": "stable", "limit": limit }),
-            },
-            "schedule": match settings.schedule {
-                Schedule::Declared => "declared",
-                Schedule::Level => "level",
-                Schedule::Priority => "priority",
-            },
-            "fire_one": settings.fire_one,
-            "assign_simultaneous": settings.assign_simultaneous,
-            "final_scan": settings.final_scan,
-            "events_exclusive": settings.events_exclusive,
-            "queue": settings.queue,
-            "tick_ns": settings.tick_ns,
+        })).collect::<Vec<_>>(),
+        "emergency": net.emergency.as_ref().map(|it| with_meta(json!({
+            "condition": condition(&it.condition),
+        }), &it.meta)),
+        "macros": net.macros.iter().map(|it| with_meta(json!({
+            "name": it.name.text,
+            "steps": indices(&it.steps),
+            "entry": it.entry.index(),
+            "exit": it.exit.index(),
+        }), &it.meta)).collect::<Vec<_>>(),
+        "program": program_json(net, &program),
+    }))
+}
+
+/// The objects of an array.
+fn list<T>(items: impl Iterator<Item = T>, one: impl Fn(T) -> Value) -> Vec<Value> {
+    items.map(one).collect()
+}
+
+fn settings_json(settings: &Settings) -> Value {
+    json!({
+        "policy": match settings.policy {
+            Policy::All => "all",
+            Policy::Priority => "priority",
+            Policy::PriorityAge => "priority-age",
+            Policy::InnerFirst => "inner-first",
+            Policy::OuterFirst => "outer-first",
         },
-        "parts": net.parts.values().map(|part| with_meta(json!({
+        "evolution": match settings.evolution {
+            Evolution::Single => json!({ "mode": "single" }),
+            Evolution::Stable { limit } => json!({ "mode": "stable", "limit": limit }),
+        },
+        "schedule": match settings.schedule {
+            Schedule::Declared => "declared",
+            Schedule::Level => "level",
+            Schedule::Priority => "priority",
+        },
+        "fire_one": settings.fire_one,
+        "assign_simultaneous": settings.assign_simultaneous,
+        "final_scan": settings.final_scan,
+        "events_exclusive": settings.events_exclusive,
+        "queue": settings.queue,
+        "tick_ns": settings.tick_ns,
+    })
+}
+
+fn part(part: &Part) -> Value {
+    with_meta(
+        json!({
             "name": part.name.text,
             "level": part.level,
             "priority": part.priority,
             "initial": enters(&part.initial),
-        }), &part.meta)).collect::<Vec<_>>(),
-        "inputs": net.inputs.iter().zip(&idents.inputs).map(|((_, input), ident)| with_meta(json!({
+        }),
+        &part.meta,
+    )
+}
+
+fn input((input, ident): (&Input, &String)) -> Value {
+    with_meta(
+        json!({
             "name": input.name.text,
             "ident": ident,
             "type": ty(input.ty),
@@ -92,15 +148,27 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
                 InputKind::InternalEvent => "internal-event",
             },
             "synchronous": input.synchronous,
-        }), &input.meta)).collect::<Vec<_>>(),
-        "outputs": net.outputs.iter().zip(&idents.outputs).map(|((_, output), ident)| with_meta(json!({
+        }),
+        &input.meta,
+    )
+}
+
+fn output((output, ident): (&Output, &String)) -> Value {
+    with_meta(
+        json!({
             "name": output.name.text,
             "ident": ident,
             "type": ty(output.ty),
             "driver": driver(&output.driver),
             "safe": safe(output),
-        }), &output.meta)).collect::<Vec<_>>(),
-        "vars": net.vars.iter().zip(&idents.vars).map(|((id, var), ident)| with_meta(json!({
+        }),
+        &output.meta,
+    )
+}
+
+fn var(net: &Net, ((id, var), ident): ((VarId, &Var), &String)) -> Value {
+    with_meta(
+        json!({
             "name": var.name.text,
             "ident": ident,
             "type": ty(var.ty),
@@ -112,14 +180,14 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
                 VarOrigin::StoredOutput => "stored-output",
                 VarOrigin::Hidden => "hidden",
             },
-        }), &var.meta)).collect::<Vec<_>>(),
-        "timers": net.timers.values().map(|timer| with_meta(json!({
-            "name": timer.name.text,
-            "condition": condition(&timer.condition),
-            "starts_expired": timer.starts_expired,
-        }), &timer.meta)).collect::<Vec<_>>(),
-        "edges": net.edges.values().map(|edge| json!({ "operand": condition(&edge.expr) })).collect::<Vec<_>>(),
-        "steps": net.steps.iter().zip(&idents.steps).map(|((_, step), ident)| with_meta(json!({
+        }),
+        &var.meta,
+    )
+}
+
+fn step((step, ident): (&Step, &String)) -> Value {
+    with_meta(
+        json!({
             "name": step.name.text,
             "ident": ident,
             "part": step.part.index(),
@@ -146,8 +214,14 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             })).collect::<Vec<_>>(),
             "done_event": step.done_event.map(grafsynth_ir::Id::index),
             "locks": indices(&step.locks),
-        }), &step.meta)).collect::<Vec<_>>(),
-        "transitions": net.transitions.iter().zip(&idents.transitions).map(|((_, it), ident)| with_meta(json!({
+        }),
+        &step.meta,
+    )
+}
+
+fn transition((it, ident): (&Transition, &String)) -> Value {
+    with_meta(
+        json!({
             "name": it.name.text,
             "ident": ident,
             "part": it.part.index(),
@@ -163,8 +237,14 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             "priority": it.priority,
             "restart": it.restart,
             "actions": block(&it.actions),
-        }), &it.meta)).collect::<Vec<_>>(),
-        "actions": net.actions.values().map(|action| with_meta(json!({
+        }),
+        &it.meta,
+    )
+}
+
+fn action(action: &ControlledAction) -> Value {
+    with_meta(
+        json!({
             "name": action.name.text,
             "duration": action.duration,
             "uses": action.uses.iter().map(|it| json!({
@@ -173,11 +253,14 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
                 "condition": it.condition.as_ref().map(condition),
             })).collect::<Vec<_>>(),
             "body": block(&action.body),
-        }), &action.meta)).collect::<Vec<_>>(),
-        "sends": net.sends.values().map(|send| with_meta(json!({
-            "name": send.name.text, "event": send.event.index(), "delay": send.delay,
-        }), &send.meta)).collect::<Vec<_>>(),
-        "histories": net.histories.values().map(|history| with_meta(json!({
+        }),
+        &action.meta,
+    )
+}
+
+fn history(history: &History) -> Value {
+    with_meta(
+        json!({
             "name": history.name.text,
             "owner": history.owner.index(),
             "cases": history.cases.iter().map(|case| json!({
@@ -185,26 +268,9 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             })).collect::<Vec<_>>(),
             "default": enters(&history.default),
             "default_content": block(&history.default_content),
-        }), &history.meta)).collect::<Vec<_>>(),
-        "forcings": net.forcings.iter().map(|forcing| json!({
-            "step": forcing.step.index(),
-            "target": indices(&forcing.target),
-            "order": match &forcing.order {
-                ForcingOrder::Situation(steps) => json!({ "situation": indices(steps) }),
-                ForcingOrder::Hold => json!("hold"),
-            },
-        })).collect::<Vec<_>>(),
-        "emergency": net.emergency.as_ref().map(|it| with_meta(json!({
-            "condition": condition(&it.condition),
-        }), &it.meta)),
-        "macros": net.macros.iter().map(|it| with_meta(json!({
-            "name": it.name.text,
-            "steps": indices(&it.steps),
-            "entry": it.entry.index(),
-            "exit": it.exit.index(),
-        }), &it.meta)).collect::<Vec<_>>(),
-        "program": program_json(net, &program),
-    }))
+        }),
+        &history.meta,
+    )
 }
 
 /// Identifiers of ASCII letters, digits and `_`, each unique within its array.

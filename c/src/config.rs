@@ -12,7 +12,7 @@ pub struct Config {
     pub name: &'static str,
     /// The sizes of the types.
     pub machine: Machine,
-    /// The predefined macros with their values.
+    /// The predefined macros with their values; a macro with parameters is written `NAME(a,b)`, as in `-D NAME(a,b)=VALUE`.
     pub macros: Vec<(String, String)>,
 }
 

@@ -205,10 +205,30 @@ fn an_edit_outside_the_scope_of_the_proof_is_open() {
             "    static const bool yes = true;\n    out->down = self->work && yes;",
         ),
         ("out/press.c", line, "    const press_t *restrict p = self;\n    out->down = p->work;"),
+        // A comment that swallows the next line of a header, or a directive.
+        ("out/press_port.h", "    press_step(self", "    // x \\\n    press_step(self"),
+        ("out/press.c", "#include \"press_port.h\"", "/*\n#include \"press_port.h\"\n*/"),
+        // A macro that the user may define so that it does anything.
+        ("out/press.c", line, "    PRESS_BAD_STATE(self);\n    out->down = self->work;"),
     ] {
         let folder = built(&["--style", "bits"]);
         edit(folder.path(), file, from, to);
         let (exit, text) = compare(folder.path());
         assert_ne!(exit, Some(0), "{to}: {text}");
+    }
+}
+
+/// On an AVR, a pointer to program memory reads something else at the same address.
+#[test]
+fn a_pointer_to_another_address_space_is_not_proved() {
+    let rom = "    PRESS_ROM uint8_t *rom = (PRESS_ROM uint8_t *)&self->n;\n    ";
+    for (declaration, is_proved) in [(rom, false), (&*rom.replace("PRESS_ROM", "const"), true)] {
+        let folder = built(&["--style", "switch"]);
+        let text = fs::read_to_string(folder.path().join("out/press.c")).expect("the C");
+        let line = text.lines().find(|line| line.contains("out->down = ")).expect("an output");
+        let to = format!("{declaration}{} && (rom[0] == self->n);", line.trim_end_matches(';'));
+        edit(folder.path(), "out/press.c", line, &to);
+        let (exit, said) = compare(folder.path());
+        assert_eq!(exit == Some(0), is_proved, "{to}: {said}");
     }
 }

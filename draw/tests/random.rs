@@ -1,11 +1,15 @@
-//! Random charts: nested sequences, alternatives, parallels and loops, half of them with links that fit no structure.
+//! Random charts: nested sequences, alternatives, parallels and loops, half of them with links that fit no structure. A third has hierarchy, forcing orders, a
+//! second chart, and long names too.
 
 use std::fmt::Write as _;
 use std::slice::from_ref;
 
 struct Chart {
     random: u64,
-    n_steps: usize,
+    /// The names of the steps, as they are written.
+    names: Vec<String>,
+    /// True if it has hierarchy, forcing orders, a second chart, and long names.
+    is_rich: bool,
     steps: String,
     transitions: String,
     is_first: bool,
@@ -15,7 +19,8 @@ struct Chart {
 pub(crate) fn random_chart(seed: u64) -> String {
     let mut chart = Chart {
         random: seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
-        n_steps: 0,
+        names: Vec::new(),
+        is_rich: seed % 3 == 2,
         steps: String::new(),
         transitions: String::new(),
         is_first: true,
@@ -29,8 +34,7 @@ pub(crate) fn random_chart(seed: u64) -> String {
     if seed % 2 == 1 {
         for _ in 0..=chart.below(4) {
             let mut some = |n: usize| -> Vec<String> {
-                let mut all: Vec<String> =
-                    (0..n).map(|_| format!("s{}", chart.below(chart.n_steps))).collect();
+                let mut all: Vec<String> = (0..n).map(|_| chart.known_step()).collect();
                 all.sort();
                 all.dedup();
                 all
@@ -41,11 +45,35 @@ pub(crate) fn random_chart(seed: u64) -> String {
             chart.transition(&from, &to);
         }
     }
+    let (more, other) = if chart.is_rich { (MORE, OTHER) } else { ("", "") };
     format!(
-        "chart random {{\n input a, b, c\n output X, Y, Z\n var n: int 0..9\n{}{}}}\n",
+        "chart random {{\n input a, b, c\n output X, Y, Z\n var n: int 0..9\n{more}{}{}}}\n{other}",
         chart.steps, chart.transitions
     )
 }
+
+/// The declarations and the macro of a chart with everything.
+const MORE: &str = " event E, F
+ extern action go()
+ macro pair {
+  entry step first
+  step between { Z }
+  exit step last { priority 1 }
+  first -> between when a
+  between -> last when rise(b)
+ }
+";
+
+/// Another chart, which forcing orders name.
+const OTHER: &str = "
+chart other {
+ input stop
+ initial step one
+ step two
+ one -> two when stop
+ two -> one when not stop
+}
+";
 
 impl Chart {
     fn below(&mut self, n: usize) -> usize {
@@ -55,13 +83,47 @@ impl Chart {
         (self.random >> 20) as usize % n.max(1)
     }
 
+    fn known_step(&mut self) -> String {
+        let at = self.below(self.names.len());
+        self.names[at].clone()
+    }
+
+    fn name(&mut self) -> String {
+        let n = self.names.len();
+        let name = match if self.is_rich { self.below(8) } else { 7 } {
+            0 => format!("`step {n} of the line`"),
+            1 => format!("a_name_that_is_much_longer_than_its_box_{n}"),
+            2 => format!("Überlauf_{n}"),
+            _ => format!("s{n}"),
+        };
+        self.names.push(name.clone());
+        name
+    }
+
     fn step(&mut self) -> String {
-        let name = format!("s{}", self.n_steps);
-        self.n_steps += 1;
+        let name = self.name();
         let initial = if std::mem::take(&mut self.is_first) { "initial " } else { "" };
+        if self.is_rich && initial.is_empty() {
+            let n = self.names.len();
+            match self.below(8) {
+                0 => {
+                    let _ = writeln!(self.steps, " macro step {name} = pair");
+                    return name;
+                }
+                1 => {
+                    let _ = writeln!(
+                        self.steps,
+                        " enclosing step {name} {{\n  step in{n} * {{ X }}\n  step out{n}\n  in{n} -> out{n} when c\n  out{n} -> in{n}\n }}"
+                    );
+                    return name;
+                }
+                _ => {}
+            }
+        }
+        let n_forms = if self.is_rich { 17 } else { 9 };
         let mut body = String::new();
         for _ in 0..self.below(4) {
-            let item = match self.below(9) {
+            let item = match self.below(n_forms) {
                 0 => "Y if a and not b",
                 1 => "Y after 3 s",
                 2 => "Z for 500 ms if not (a or c)",
@@ -70,6 +132,14 @@ impl Chart {
                 5 => "set X",
                 6 => "X SD 2 s",
                 7 => "priority 3",
+                9 => "go()",
+                10 => "on E, F when not b { n := 2 }",
+                11 => "when a { n := 3 }",
+                12 => "force other { one, two }",
+                13 => "force other init",
+                14 => "X SL 5 s",
+                15 => "X pulse",
+                16 => "Y if 3 s/a/2 s",
                 _ => "Z",
             };
             let _ = write!(body, "{item}; ");
@@ -85,7 +155,7 @@ impl Chart {
             0 => "a".to_owned(),
             1 => "rise(b)".to_owned(),
             2 => "n >= 3".to_owned(),
-            3 => format!("s{}.active", self.below(self.n_steps)),
+            3 => format!("{}.active", self.known_step()),
             4 => "2 s/c".to_owned(),
             5 => format!("not ({})", self.condition(depth - 1)),
             6 => format!("fall({})", self.condition(0)),

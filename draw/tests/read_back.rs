@@ -8,6 +8,11 @@ use grafsynth_frontend::graf;
 use grafsynth_ir::FileId;
 use grafsynth_ir::chart::Design;
 
+/// `many` in runs of the long tests, otherwise `few`.
+pub(crate) fn rounds(few: u64, many: u64) -> u64 {
+    if std::env::var_os("GRAFSYNTH_DEEP").is_some() { many } else { few }
+}
+
 pub(crate) fn parsed(text: &str) -> Design {
     let parsed = graf::parse(FileId(0), text);
     assert!(parsed.diagnostics.iter().all(|it| !it.is_error()), "{:?}\n{text}", parsed.diagnostics);
@@ -232,9 +237,7 @@ fn the_drawings_of_the_examples_are_their_charts() {
 
 #[test]
 fn the_drawings_of_random_charts_are_these_charts() {
-    for seed in 0..100 {
-        check(&random_chart(seed));
-    }
+    (0..rounds(100, 2_000)).for_each(|seed| check(&random_chart(seed)));
 }
 
 #[test]
@@ -245,7 +248,7 @@ fn every_form_of_action_and_condition_is_drawn() {
 #[test]
 fn sequential_function_charts_are_their_charts() {
     examples().iter().for_each(|text| check_sfc(text));
-    (0..40).for_each(|seed| check_sfc(&random_chart(seed)));
+    (0..rounds(40, 2_000)).for_each(|seed| check_sfc(&random_chart(seed)));
     check_sfc(include_str!("forms.graf"));
 }
 
@@ -303,7 +306,7 @@ fn a_statechart_is_not_a_sequential_function_chart() {
 #[test]
 fn spoiled_drawings_are_noticed() {
     let mut n_spoiled = 0;
-    let charts = examples().into_iter().chain((0..4).map(random_chart));
+    let charts = examples().into_iter().chain((0..rounds(6, 60)).map(random_chart));
     for text in charts {
         let design = parsed(&text);
         let vocabulary = Vocabulary::of(&design);

@@ -250,6 +250,15 @@ impl Reader {
         self.lines.get(index).cloned()
     }
 
+    /// The lowest text that is not used yet and has a property.
+    fn take_last(&mut self, is_it: impl Fn(&Text) -> bool) -> Option<Text> {
+        let unused = (0..self.lines.len()).filter(|index| !self.used.contains(index));
+        let found = unused.filter(|index| is_it(&self.lines[*index]));
+        let index = found.max_by_key(|index| self.lines[*index].y)?;
+        self.used.insert(index);
+        self.lines.get(index).cloned()
+    }
+
     fn region(mut self) -> Result<Region, String> {
         let mut region = Region::default();
         if let Some(heading) = self.take(|line| line.class == "h") {
@@ -610,8 +619,9 @@ impl Reader {
         if self.shapes.details.contains(&stroke) {
             let mut lines = Vec::new();
             let mut last = y - 7;
+            // The lowest line first.
             while let Some(line) =
-                self.take(|line| line.x == x + 4 && line.y < last && last - line.y <= 30)
+                self.take_last(|line| line.x == x + 4 && line.y < last && last - line.y <= 30)
             {
                 last = line.y;
                 lines.insert(0, line.text);

@@ -30,6 +30,7 @@ pub(crate) fn within<'t>(
             return Err(format!("`{name}` is not a file that `build` emits"));
         };
         let wanted = with_names(&file.text, &renamed);
+        plain_lines(text)?;
         if at > 0 && lines(text) != lines(&wanted) {
             return Err(format!(
                 "`{name}` differs from the emitted file, and other files include it"
@@ -37,7 +38,6 @@ pub(crate) fn within<'t>(
         }
         if at == 0 {
             same_directives(&wanted, text)?;
-            plain_lines(text)?;
             same_words(&wanted, text)?;
         }
     }
@@ -132,13 +132,12 @@ fn with_names(text: &str, renamed: &BTreeMap<String, String>) -> String {
     all
 }
 
-/// Checks that all lines with a `#` are those of the emitted text.
+/// Checks that all lines with a `#`, outside of comments, are those of the emitted text.
 fn same_directives(emitted: &str, edited: &str) -> Result<(), String> {
-    let lines = |text: &str| -> Vec<String> {
-        let all = text.lines().filter(|line| line.contains('#'));
-        all.map(|line| line.trim_end().to_owned()).collect()
+    let directives = |text: &str| -> Vec<String> {
+        lines(text).into_iter().filter(|line| line.contains('#')).collect()
     };
-    if lines(emitted) == lines(edited) {
+    if directives(emitted) == directives(edited) {
         return Ok(());
     }
     Err("the lines with `#` differ from those of the emitted C".to_owned())

@@ -223,7 +223,29 @@ impl EditedC {
             same_interface(&self.package, &wanted, &unit)?;
             proved = prove_unit(net, facts, &self.package, &unit, limits)?;
         }
+        self.prove_without_hooks(net, facts, limits)?;
         Ok(proved)
+    }
+
+    /// Proves that no macro that the user may define is called while the memory is intact: such a macro could do anything. For this proof each of them does
+    /// something undefined.
+    fn prove_without_hooks(
+        &self,
+        net: &Valid<Net>,
+        facts: &Facts,
+        limits: &Limits,
+    ) -> Result<(), String> {
+        let hooks = self.package.hooks();
+        let main = self.package.files.iter().find(|file| file.name.ends_with(".c"));
+        let name = |hook: &str| hook.split('(').next().unwrap_or_default().to_owned();
+        let is_used = |hook: &&String| main.is_some_and(|file| file.text.contains(&name(hook)));
+        let Some(first) = hooks.iter().find(is_used) else { return Ok(()) };
+        let with = |config: Config, hook: &String| config.define(hook, "((void)(1 / 0))");
+        let unit = unit_of(&self.package, &hooks.iter().fold(Config::host(), with))?;
+        prove_unit(net, facts, &self.package, &unit, limits).map(|_| ()).map_err(|_| {
+            let first = name(first);
+            format!("a macro that you may define, such as `{first}`, may be called although the memory is intact")
+        })
     }
 }
 

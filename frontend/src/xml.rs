@@ -448,7 +448,10 @@ impl Scan {
         let mut open: Vec<Open> = Vec::new();
         let (mut n_nodes, mut n_attributes) = (0_usize, 0_usize);
         let mut at = 0;
-        let refuse = |finding: Diagnostic| Scan { refused: Some(finding), unclosed: None };
+        let refuse = |code, message: String, at, help: &str| Scan {
+            refused: Some(Diagnostic::error(code, message).at(span(file, at), "").help(help)),
+            unclosed: None,
+        };
         while let Some(found) = text.get(at..).and_then(|rest| rest.find('<')) {
             // The text before the tag is a separate node.
             n_nodes += 1 + usize::from(found > 0);
@@ -463,21 +466,15 @@ impl Scan {
                 at += skip("?>");
             } else if rest.starts_with("<!") {
                 let end = skip(">");
-                return refuse(
-                    Diagnostic::error(
-                        codes::XML_NOT_READ,
-                        "document types (<!DOCTYPE>) are not supported",
-                    )
-                    .at(span(file, at..at + end), "")
-                    .help("delete it, and write out the entities that it defines"),
-                );
+                let message = "document types (<!DOCTYPE>) are not supported".to_owned();
+                let help = "delete it, and write out the entities that it defines";
+                return refuse(codes::XML_NOT_READ, message, at..at + end, help);
             } else if rest.starts_with("</") {
                 open.pop();
                 at += skip(">");
             } else {
                 let end = tag_end(text, at).unwrap_or(text.len());
                 let tag = &bytes[at..end];
-                let place = span(file, at..end);
                 let in_tag = tag.iter().filter(|byte| **byte == b'=').count();
                 let declares = text[at..end].matches("xmlns").count();
                 n_attributes += in_tag;
@@ -485,28 +482,20 @@ impl Scan {
                 if in_tag > MAX_ATTRIBUTES && attributes_of(tag) > MAX_ATTRIBUTES
                     || declares > 0 && n_namespaces > MAX_NAMESPACES
                 {
-                    return refuse(
-                        Diagnostic::error(
-                            codes::XML_NOT_READ,
-                            format!("the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces are in scope"),
-                        )
-                        .at(place, "")
-                        .help("remove attributes that no tool reads"),
+                    let message = format!(
+                        "the element has more than {MAX_ATTRIBUTES} attributes, or more than {MAX_NAMESPACES} namespaces are in scope"
                     );
+                    let help = "remove attributes that no tool reads";
+                    return refuse(codes::XML_NOT_READ, message, at..end, help);
                 }
                 if !tag.ends_with(b"/>") {
                     if open.len() >= limits.nesting as usize {
-                        let most = limits.nesting;
-                        return refuse(
-                            Diagnostic::error(
-                                codes::NESTING,
-                                format!("more than {most} levels of nested elements"),
-                            )
-                            .at(place, "")
-                            .help("raise the limit with --nesting-limit"),
-                        );
+                        let message =
+                            format!("more than {} levels of nested elements", limits.nesting);
+                        let help = "raise the limit with --nesting-limit";
+                        return refuse(codes::NESTING, message, at..end, help);
                     }
-                    open.push(Open { place, n_namespaces });
+                    open.push(Open { place: span(file, at..end), n_namespaces });
                 }
                 at = end;
             }
@@ -517,15 +506,13 @@ impl Scan {
         let tree =
             n_nodes.saturating_mul(NODE).saturating_add(n_attributes.saturating_mul(ATTRIBUTE));
         if tree > text.len().saturating_mul(TREE_FACTOR).saturating_add(TREE_FREE) {
-            return refuse(
-                Diagnostic::error(
-                    codes::XML_NOT_READ,
-                    format!("the {} bytes of the file contain {n_nodes} tags and texts and {n_attributes} equals signs, \
-                         which would need more memory than {TREE_FACTOR} times the size of the file", text.len()),
-                )
-                .at(span(file, 0..text.len().min(1)), "")
-                .help("check that this is the right file"),
+            let message = format!(
+                "the {} bytes of the file contain {n_nodes} tags and texts and {n_attributes} equals signs, \
+                 which would need more memory than {TREE_FACTOR} times the size of the file",
+                text.len()
             );
+            let help = "check that this is the right file";
+            return refuse(codes::XML_NOT_READ, message, 0..text.len().min(1), help);
         }
         Scan { refused: None, unclosed: open.pop().map(|open| open.place) }
     }

@@ -48,14 +48,14 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_440),
-    ("code lines of c and backend-c", 29_700),
+    ("code lines of frontend", 36_400),
+    ("code lines of c and backend-c", 29_320),
     ("code lines of ir", 20_770),
-    ("code lines of driver", 13_220),
-    ("code lines of all crates", 181_990),
-    ("functions above 80 lines", 99),
+    ("code lines of driver", 13_240),
+    ("code lines of all crates", 181_800),
+    ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
-    ("lines that list variants", 599),
+    ("lines that list variants", 594),
     ("text tests on emitted C", 3),
 ];
 

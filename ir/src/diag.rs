@@ -138,6 +138,45 @@ impl Diagnostic {
         self
     }
 
+    /// An error about something that exists twice: the spans of the second and of the first one.
+    #[must_use]
+    pub fn twice(
+        code: Code,
+        message: impl Into<String>,
+        [again, first]: [Span; 2],
+        help: impl Into<String>,
+    ) -> Self {
+        Self::error(code, message).at(again, "again here").at(first, "first here").help(help)
+    }
+
+    /// Sets the help text for an unknown name at `span`: the known name `near` it, which is also the fix, or `otherwise`.
+    #[must_use]
+    pub fn near(
+        self,
+        span: Span,
+        near: Option<impl Into<String>>,
+        otherwise: impl Into<String>,
+    ) -> Self {
+        match near.map(Into::into) {
+            Some(near) => self.help(format!("did you mean `{near}`?")).fix(span, near),
+            None => self.help(otherwise),
+        }
+    }
+
+    /// Labels an unknown word: the known word `near` it, which is also the fix, or "unknown here" with a help text.
+    #[must_use]
+    pub fn unknown_word(
+        self,
+        span: Span,
+        near: Option<&str>,
+        otherwise: impl Into<String>,
+    ) -> Self {
+        match near {
+            Some(near) => self.at(span, format!("did you mean `{near}`?")).fix(span, near),
+            None => self.at(span, "unknown here").help(otherwise),
+        }
+    }
+
     /// Sets the help text for one notation.
     #[must_use]
     pub fn help_in(mut self, notation: Notation, text: impl Into<String>) -> Self {

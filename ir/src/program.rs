@@ -81,6 +81,14 @@ pub struct Cell {
     pub origin: Origin,
 }
 
+impl Cell {
+    /// A single cell, as near to 0 as its type allows before reset.
+    #[must_use]
+    pub fn plain(name: String, ty: Type, origin: Origin) -> Self {
+        Cell { name, ty, len: None, init: vec![ty.saturate(0)], origin }
+    }
+}
+
 /// The part of the net's state that a [`Cell`] stores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {

@@ -22,7 +22,9 @@ pub use search::Room;
 use crate::bdd::{Bdd, Ref};
 use crate::build::{Builder, map_operands, needed, prune};
 use crate::node_bdds::Functions;
-use grafsynth_ir::logic::{Decoded, Flop, FlopBit, FlopId, Function, Logic, Node, NodeId, Open};
+use grafsynth_ir::logic::{
+    Decoded, Flop, FlopBit, FlopId, Function, Logic, Node, NodeId, Open, PinOutput, Wire,
+};
 use grafsynth_ir::net::Meta;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -180,6 +182,58 @@ fn disjoint(plans: Vec<Plan>) -> Vec<Plan> {
         .collect()
 }
 
+impl Plan {
+    /// The flip-flop of a bit: that of a step, or a new one. [`Plan::drive`] sets its D function; `start` is the code after power-up.
+    fn flop(&self, logic: &Logic, bit: u32, start: u64) -> Flop {
+        if let Some(own) = self.keeps[bit as usize] {
+            return logic.flops[own].clone();
+        }
+        let first = &logic.flops[self.members[0]];
+        Flop {
+            name: format!("{}_c{bit}", self.name),
+            init: start >> bit & 1 == 1,
+            next: first.next,
+            holds: None,
+            meta: Meta {
+                label: format!("bit {bit} of the code of {}", self.name),
+                ..first.meta.clone()
+            },
+        }
+    }
+
+    /// Sets the D functions of the bits from those of the steps, and declares unused codes as unreachable.
+    fn drive(&self, builder: &mut Builder, bits: &[FlopId], next: impl Fn(FlopId) -> NodeId) {
+        for (at, bit) in bits.iter().enumerate() {
+            let ones: Vec<NodeId> = (self.members.iter().zip(&self.codes))
+                .filter(|(_, code)| *code >> at & 1 == 1)
+                .map(|(member, _)| next(*member))
+                .collect();
+            // If no member becomes active, all bits are 0, which is the idle code.
+            builder.logic.flops[*bit].next = builder.or(ones);
+        }
+        // Steps with flip-flops of their own already exclude each other pair by pair.
+        if self.keeps.iter().all(Option::is_none) {
+            for code in (0..1_u64 << self.n_bits).filter(|code| !self.is_used(*code)) {
+                let node = minterm(builder, bits, code);
+                builder.logic.unreachable.push(node);
+            }
+        }
+    }
+}
+
+/// The function that is true for one code.
+fn minterm(builder: &mut Builder, bits: &[FlopId], code: u64) -> NodeId {
+    let literals: Vec<NodeId> = bits
+        .iter()
+        .enumerate()
+        .map(|(bit, &flop)| {
+            let value = builder.flop(flop);
+            if code >> bit & 1 == 1 { value } else { builder.not(value) }
+        })
+        .collect();
+    builder.and(literals)
+}
+
 /// Adds the situations in which two steps of a group are active, or none of a group that is never empty.
 fn exclude(logic: &mut Logic, groups: &[Group]) {
     let mut builder = Builder::resume(std::mem::take(logic));
@@ -228,38 +282,14 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
                     .position(|&member| logic.flops[member].init)
                     .map_or(data.idle.unwrap_or(0), |at| data.codes[at]);
                 for bit in 0..data.n_bits {
-                    let init = start >> bit & 1 == 1;
-                    let flop = match data.keeps[bit as usize] {
-                        Some(own) => Flop { next: nothing, ..logic.flops[own].clone() },
-                        None => Flop {
-                            name: format!("{}_c{bit}", data.name),
-                            init,
-                            next: nothing,
-                            holds: None,
-                            meta: Meta {
-                                label: format!("bit {bit} of the code of {}", data.name),
-                                ..logic.flops[data.members[0]].meta.clone()
-                            },
-                        },
-                    };
-                    bits[plan].push(builder.logic.flops.push(flop));
+                    let flop = data.flop(logic, bit, start);
+                    bits[plan].push(builder.logic.flops.push(Flop { next: nothing, ..flop }));
                 }
             }
             Some(_) => {}
         }
     }
     // The functions that represent a step, and those of unused codes.
-    let minterm = |builder: &mut Builder, bits: &[FlopId], code: u64| {
-        let literals: Vec<NodeId> = bits
-            .iter()
-            .enumerate()
-            .map(|(bit, &flop)| {
-                let value = builder.flop(flop);
-                if code >> bit & 1 == 1 { value } else { builder.not(value) }
-            })
-            .collect();
-        builder.and(literals)
-    };
     let mut active: BTreeMap<FlopId, NodeId> = BTreeMap::new();
     for (plan, data) in plans.iter().enumerate() {
         for (&member, &code) in data.members.iter().zip(&data.codes) {
@@ -281,42 +311,15 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
         }
     }
     let (images, mut open) = carry_over(&mut builder, logic, &kept, &active);
-    for (plan, data) in plans.iter().enumerate() {
+    for (data, bits) in plans.iter().zip(&bits) {
         // A bit may have any value if all steps of the group may have any value.
         let free = common(&mut builder, logic, &data.members, &images);
-        open.extend(bits[plan].iter().map(|bit| (Function::Next(*bit), free)));
-        for bit in 0..data.n_bits {
-            let ones: Vec<NodeId> = (data.members.iter().zip(&data.codes))
-                .filter(|(_, code)| *code >> bit & 1 == 1)
-                .map(|(member, _)| images[&logic.flops[*member].next])
-                .collect();
-            // If no member becomes active, all bits are 0, which is the idle code.
-            let next = builder.or(ones);
-            builder.logic.flops[bits[plan][bit as usize]].next = next;
-        }
-        // Steps with flip-flops of their own already exclude each other pair by pair.
-        if data.keeps.iter().all(Option::is_none) {
-            for code in (0..1_u64 << data.n_bits).filter(|code| !data.is_used(*code)) {
-                let node = minterm(&mut builder, &bits[plan], code);
-                builder.logic.unreachable.push(node);
-            }
-        }
+        open.extend(bits.iter().map(|bit| (Function::Next(*bit), free)));
+        data.drive(&mut builder, bits, |member| images[&logic.flops[member].next]);
     }
-    for (id, output) in logic.outputs.iter() {
-        let mut output = output.clone();
-        output.value = images[&output.value];
-        let new = builder.logic.outputs.push(output);
-        open.extend(
-            logic
-                .open_where(Function::Output(id))
-                .map(|when| (Function::Output(new), images[&when])),
-        );
-    }
-    keep_open(&mut builder, open);
+    carry_outputs(&mut builder, logic, &images, open);
     for wire in &logic.wires {
-        let mut wire = wire.clone();
-        wire.node = images[&wire.node];
-        builder.logic.wires.push(wire);
+        builder.logic.wires.push(Wire { node: images[&wire.node], ..wire.clone() });
     }
     builder.logic.never = logic.never.iter().map(|node| images[node]).collect();
     for bit in &logic.decoded {
@@ -331,6 +334,22 @@ fn apply(logic: &Logic, plans: &[Plan]) -> Logic {
     builder.logic.unreachable.sort_unstable();
     builder.logic.unreachable.dedup();
     prune(builder.logic)
+}
+
+/// Copies the outputs, and sets all conditions under which functions are open.
+fn carry_outputs(
+    builder: &mut Builder,
+    logic: &Logic,
+    images: &BTreeMap<NodeId, NodeId>,
+    mut open: Vec<(Function, NodeId)>,
+) {
+    for (id, output) in logic.outputs.iter() {
+        let value = images[&output.value];
+        let new = builder.logic.outputs.push(PinOutput { value, ..output.clone() });
+        let when = logic.open_where(Function::Output(id));
+        open.extend(when.map(|when| (Function::Output(new), images[&when])));
+    }
+    keep_open(builder, open);
 }
 
 /// Copies the nodes of the old circuit into the new one, with the conditions under which the flip-flops in `kept` are open, and sets their D functions.
@@ -460,17 +479,7 @@ pub fn flatten(
             });
         }
     }
-    for (id, output) in logic.outputs.iter() {
-        let mut output = output.clone();
-        output.value = images[&output.value];
-        let new = builder.logic.outputs.push(output);
-        open.extend(
-            logic
-                .open_where(Function::Output(id))
-                .map(|when| (Function::Output(new), images[&when])),
-        );
-    }
-    keep_open(&mut builder, open);
+    carry_outputs(&mut builder, logic, &images, open);
     builder.logic.never = logic.never.iter().map(|node| images[node]).collect();
     builder.logic.unreachable = logic.unreachable.iter().map(|node| images[node]).collect();
     let group = Group { name: name.to_owned(), steps: of_situations, is_always: true };

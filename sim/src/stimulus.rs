@@ -413,6 +413,7 @@ impl Reader<'_> {
         let mut events: Vec<(Cell<'_>, InputId)> = Vec::new();
         let mut expected = Vec::new();
         let mut is_reset = false;
+        let span = Span::new(self.file, start, start + line.trim_end().len());
         for (place, cell) in csv::cells(self.file, start, line).enumerate() {
             n_cells = place + 1;
             match self.header.get(place).copied() {
@@ -442,7 +443,7 @@ impl Reader<'_> {
                     ),
                 )
                 .at(
-                    Span::new(self.file, start, start + line.trim_end().len()),
+                    span,
                     if n_cells < n_columns {
                         format!("{} missing", n_columns - n_cells)
                     } else {
@@ -458,22 +459,7 @@ impl Reader<'_> {
             self.expected.row(expected, is_reset);
         }
         if is_reset {
-            let zero = InputRow::zero(self.net);
-            let given = &self.stimulus.values[first_value..];
-            let mut given = self.stimulus.columns.iter().zip(given);
-            if let Some((input, _)) = given.find(|(input, value)| zero.value(**input) != **value) {
-                let name = &self.net.inputs[*input].name;
-                self.diagnostics.push(
-                    Diagnostic::warning(
-                        codes::RESET_ROW,
-                        format!(
-                            "row 0 is the reset, which reads no inputs: `{name}` has no effect there"
-                        ),
-                    )
-                    .at(Span::new(self.file, start, start + line.trim_end().len()), "")
-                    .help("number the rows of a stimulus from 1, or remove the column `scan`"),
-                );
-            }
+            self.check_reset(first_value, span);
             self.stimulus.values.truncate(first_value);
             return;
         }
@@ -493,6 +479,26 @@ impl Reader<'_> {
             );
         }
         self.assumption(start, line);
+    }
+
+    /// Warns about inputs in row 0, which reads none.
+    fn check_reset(&mut self, first_value: usize, span: Span) {
+        let zero = InputRow::zero(self.net);
+        let given = &self.stimulus.values[first_value..];
+        let mut given = self.stimulus.columns.iter().zip(given);
+        if let Some((input, _)) = given.find(|(input, value)| zero.value(**input) != **value) {
+            let name = &self.net.inputs[*input].name;
+            self.diagnostics.push(
+                Diagnostic::warning(
+                    codes::RESET_ROW,
+                    format!(
+                        "row 0 is the reset, which reads no inputs: `{name}` has no effect there"
+                    ),
+                )
+                .at(span, "")
+                .help("number the rows of a stimulus from 1, or remove the column `scan`"),
+            );
+        }
     }
 
     fn assumption(&mut self, start: usize, line: &str) {

@@ -161,6 +161,70 @@ fn steps_that_are_never_active_products_and_hours_are_proved() {
     }
 }
 
+/// In a state that is not reachable (`n` is 1; it is 0, 5 or 9), a reaction takes more micro-steps than any reachable one.
+const DEEPER: &str = "chart deeper {
+    tick 10 ms
+    evolution stable limit 20
+    input go, more
+    output o
+    var n: int 0..9 = 0
+    initial step p { entry { n := if n = 0 then 5 else if n = 5 then 9 else 0 } }
+    step q { o }
+    step r
+    step s
+    p -> q when go
+    q -> p when not go
+    q -> r when more and not go or n = 1
+    r -> s when more and not go or n = 1
+    s -> p when go or n = 1
+}
+";
+
+/// The last value of the edge is always false, so the transition never fires.
+const STUCK: &str = "chart stuck {
+    input go
+    output o
+    initial step p { o if go }
+    step q { o }
+    p -> q when fall(go <> go)
+    q -> p when go
+}
+";
+
+/// `p` and `q` are compared with `u` and `v`, but not with each other, so a circle of ages has no triangle.
+const CIRCLE: &str = "chart circle {
+    conflict priority-age
+    input a, b
+    output o
+    initial step s
+    step p { o }
+    step q
+    step u
+    step v
+    s -> p & q when a
+    s -> u & v when b
+    p & q -> s when not a
+    u & v -> s when not b
+}
+";
+
+#[test]
+fn facts_about_reachable_states_complete_the_induction() {
+    let cases = [
+        ("deeper.graf", DEEPER, "out->o = self->q;", "out->o = self->q || self->s;"),
+        ("circle.graf", CIRCLE, "out->o = self->p;", "out->o = self->p || self->u;"),
+        ("stuck.graf", STUCK, "(self->p && in->go) || self->q;", "self->p || self->q;"),
+    ];
+    for (name, text, old, new) in cases {
+        let net = chart(name, text);
+        let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+        if let Err(why) = proved(&net, &package) {
+            panic!("{name}: {why}");
+        }
+        assert!(proved(&net, &changed(&package, "own.c", old, new)).is_err(), "{name}: {new}");
+    }
+}
+
 #[test]
 fn many_steps_and_inputs_are_proved() {
     let net = chart("ring.graf", &ring(60));
@@ -513,7 +577,7 @@ const CALLS: &str = "chart calls {
     step wait { move(7, not go) if n > 2 }
     rest -> work when go and ready() do { note(n); beep() }
     work -> wait when work.done and (level() < 100 or ready())
-    wait -> rest when rise(door()) or n > 15 do { beep(); note(2); n := 0 }
+    wait -> rest when rise(door()) or n > 15 do { beep(); note(2); n := n + 1 }
 }
 ";
 

@@ -360,11 +360,18 @@ fn edits_that_show_only_where_no_value_is_expected_are_not_proved() {
             format!("dt, own_out_t *out)\n{{\n    {statement}\n    if ((self->gate != 0U)"),
         )]
     };
+    let last = |statement: &str| {
+        let outputs = "out->run = state_idle";
+        vec![(outputs, format!("if (dt == 31337U) {{ {statement} }}\n    {outputs}"))]
+    };
     let bytes = "(const uint8_t *)self == (const uint8_t *)&self->state_idle";
     let of_pump = vec![
         first("if (self->intact == 0x5AU) { out->run = true; return; }"),
         first("if (self->intact == 0x5AU) { self->intact = 0xA5U; }"),
         vec![("if (changes == 0U)", format!("if (changes == 0U || {bytes})"))],
+        // The inputs of the last reaction are lost, or exchanged.
+        last("own_in_t none; self->gate_in = none;"),
+        last("self->gate_in.start = self->gate_in.full;"),
     ];
     let levels = chart("own.graf", LEVELS);
     let pump = chart("pump.graf", GRAFCET);

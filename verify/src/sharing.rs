@@ -7,8 +7,8 @@
 
 use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::net::{
-    Driver, Expr, ForcingOrder, Leaf, Net, Qualifier, Sharing, StepId, TransitionKind, VarId,
-    VarOrigin,
+    Driver, Expr, ForcingOrder, Leaf, Net, Output, Qualifier, Sharing, StepId, TransitionId,
+    TransitionKind, VarId, VarOrigin,
 };
 use grafsynth_ir::sharing::{Accesses, changed_steps};
 use grafsynth_ir::{Diagnostic, Span, Valid};
@@ -199,42 +199,7 @@ impl Look<'_> {
     fn others(&self) -> Vec<Other> {
         let net = self.net;
         let mut all = Vec::new();
-        // The step's own entry and exit lists do not count as another's access.
-        let exit = |step: StepId, accesses: &mut Accesses| {
-            if step != self.step {
-                accesses.block(net, &net.steps[step].exit);
-            }
-        };
-        let entry = |step: StepId, accesses: &mut Accesses| {
-            if step != self.step {
-                accesses.block(net, &net.steps[step].entry);
-                accesses.block(net, &net.steps[step].initial_content);
-            }
-        };
-        for (id, transition) in net.transitions.iter() {
-            if self.facts.dead_transitions.contains(&id) || self.is_after(&transition.guard) {
-                continue;
-            }
-            let requires = transition.requires.iter();
-            let together = requires.map(|step| self.together(*step)).min();
-            let mut accesses = Accesses::default();
-            accesses.expr(net, &transition.guard);
-            accesses.block(net, &transition.actions);
-            let (left, entered) = changed_steps(net, id);
-            left.into_iter().for_each(|step| exit(step, &mut accesses));
-            entered.into_iter().for_each(|step| entry(step, &mut accesses));
-            let what = match transition.kind {
-                TransitionKind::Move => "transition",
-                TransitionKind::Reaction => "reaction",
-            };
-            all.push(Other {
-                accesses,
-                together: together.unwrap_or(Together::Seen),
-                waits: true,
-                span: place(transition.meta.span, transition.name.span),
-                what: format!("{what} `{}`", transition.name),
-            });
-        }
+        all.extend(net.transitions.ids().filter_map(|id| self.transition(id)));
         for (id, step) in net.steps.iter().filter(|(id, _)| *id != self.step) {
             if !step.tasks.is_empty() {
                 all.push(Other {
@@ -249,32 +214,9 @@ impl Look<'_> {
         let mut rests = |accesses: Accesses, together, span, what: String| {
             all.push(Other { accesses, together, waits: false, span, what });
         };
-        let of = |exprs: &mut dyn Iterator<Item = &Expr>| {
-            let mut accesses = Accesses::default();
-            exprs.for_each(|expr| accesses.expr(net, expr));
-            accesses
-        };
         for output in net.outputs.values() {
-            match &output.driver {
-                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                    for one in emissions {
-                        if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
-                            let accesses = of(&mut one.condition.iter());
-                            let what = format!("output `{}`", output.name);
-                            rests(accesses, self.together(one.step), one.span, what);
-                        }
-                    }
-                }
-                Driver::Extern { calls, .. } => {
-                    for one in calls {
-                        if !one.condition.as_ref().is_some_and(|it| self.is_after(it)) {
-                            let accesses = of(&mut one.condition.iter().chain(&one.arguments));
-                            let what = format!("the call of `{}`", output.name);
-                            rests(accesses, self.together(one.step), one.span, what);
-                        }
-                    }
-                }
-                Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => {}
+            for (accesses, together, span, what) in self.output(output) {
+                rests(accesses, together, span, what);
             }
         }
         for action in net.actions.values() {
@@ -287,14 +229,14 @@ impl Look<'_> {
                     self.together(one.step)
                 }
             });
-            let mut accesses = of(&mut action.uses.iter().filter_map(|one| one.condition.as_ref()));
+            let mut accesses = self.of(action.uses.iter().filter_map(|one| one.condition.as_ref()));
             accesses.block(net, &action.body);
             let what = format!("action `{}`", action.name);
             let span = place(action.name.span, action.meta.span);
             rests(accesses, together.max().unwrap_or(Together::Never), span, what);
         }
         for timer in net.timers.values() {
-            let accesses = of(&mut std::iter::once(&timer.condition));
+            let accesses = self.of([&timer.condition]);
             rests(accesses, Together::Seen, timer.name.span, format!("timer `{}`", timer.name));
         }
         for forcing in &net.forcings {
@@ -304,14 +246,89 @@ impl Look<'_> {
             }
             let mut accesses = Accesses::default();
             for (id, _) in net.steps.iter().filter(|(_, it)| forcing.target.contains(&it.part)) {
-                exit(id, &mut accesses);
-                entry(id, &mut accesses);
+                self.exit(id, &mut accesses);
+                self.entry(id, &mut accesses);
             }
             let what = "a step that this order forces".to_owned();
             rests(accesses, self.together(forcing.step), forcing.span, what);
         }
         all.retain(|one| one.together != Together::Never);
         all
+    }
+
+    /// The accesses of a transition, with the lists of the steps that it changes.
+    fn transition(&self, id: TransitionId) -> Option<Other> {
+        let net = self.net;
+        let transition = &net.transitions[id];
+        if self.facts.dead_transitions.contains(&id) || self.is_after(&transition.guard) {
+            return None;
+        }
+        let requires = transition.requires.iter();
+        let together = requires.map(|step| self.together(*step)).min();
+        let mut accesses = Accesses::default();
+        accesses.expr(net, &transition.guard);
+        accesses.block(net, &transition.actions);
+        let (left, entered) = changed_steps(net, id);
+        left.into_iter().for_each(|step| self.exit(step, &mut accesses));
+        entered.into_iter().for_each(|step| self.entry(step, &mut accesses));
+        let what = match transition.kind {
+            TransitionKind::Move => "transition",
+            TransitionKind::Reaction => "reaction",
+        };
+        Some(Other {
+            accesses,
+            together: together.unwrap_or(Together::Seen),
+            waits: true,
+            span: place(transition.meta.span, transition.name.span),
+            what: format!("{what} `{}`", transition.name),
+        })
+    }
+
+    /// The accesses of the conditions and arguments of an output, for each step that drives it.
+    fn output(&self, output: &Output) -> Vec<(Accesses, Together, Span, String)> {
+        let is_read = |condition: &Option<Expr>| {
+            !condition.as_ref().is_some_and(|condition| self.is_after(condition))
+        };
+        match &output.driver {
+            Driver::Continuous(emissions) | Driver::Mealy(emissions) => (emissions.iter())
+                .filter(|one| is_read(&one.condition))
+                .map(|one| {
+                    let what = format!("output `{}`", output.name);
+                    (self.of(&one.condition), self.together(one.step), one.span, what)
+                })
+                .collect(),
+            Driver::Extern { calls, .. } => (calls.iter())
+                .filter(|one| is_read(&one.condition))
+                .map(|one| {
+                    let accesses = self.of(one.condition.iter().chain(&one.arguments));
+                    let what = format!("the call of `{}`", output.name);
+                    (accesses, self.together(one.step), one.span, what)
+                })
+                .collect(),
+            Driver::Fires(_) | Driver::Stored(_) | Driver::Controlled(_) => Vec::new(),
+        }
+    }
+
+    /// The accesses of expressions.
+    fn of<'e>(&self, exprs: impl IntoIterator<Item = &'e Expr>) -> Accesses {
+        let mut accesses = Accesses::default();
+        exprs.into_iter().for_each(|expr| accesses.expr(self.net, expr));
+        accesses
+    }
+
+    /// Adds the accesses of the exit list of another step.
+    fn exit(&self, step: StepId, accesses: &mut Accesses) {
+        if step != self.step {
+            accesses.block(self.net, &self.net.steps[step].exit);
+        }
+    }
+
+    /// Adds the accesses of the entry lists of another step.
+    fn entry(&self, step: StepId, accesses: &mut Accesses) {
+        if step != self.step {
+            accesses.block(self.net, &self.net.steps[step].entry);
+            accesses.block(self.net, &self.net.steps[step].initial_content);
+        }
     }
 
     /// True if the condition is true only when the tasks are done.

@@ -22,7 +22,7 @@ use declare::{objects_of, objects_of_role};
 use grafsynth_c::storage;
 use grafsynth_ir::Gather;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::expr::{CompareOp, ExprKind};
+use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with, shared_timers};
 use grafsynth_ir::names::Namer;
@@ -222,9 +222,7 @@ impl<'a> Emit<'a> {
         let shared = self.shared_members();
         if !shared.is_empty() {
             step.push(Node::line(format!("{prefix}_scan_t scan;")));
-            let mut node: Node =
-                Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;"))
-                    .into();
+            let mut node: Node = Node::typedef("struct", shared, format!("{prefix}_scan_t"));
             node.note = "data of one reaction".to_string();
             tables.push(node);
         }
@@ -309,18 +307,13 @@ impl<'a> Emit<'a> {
                     nodes.extend(self.repeat(*limit, &condition, body, most));
                 }
                 Piece::Switch(number, cases) => {
-                    let mut list: Vec<Node> = Vec::new();
-                    for case in cases {
-                        let labels = case.steps.iter().map(|(_, label)| format!("case {label}:"));
-                        let mut body = self.pieces(&case.body, calls);
-                        body.push(Node::line("break;"));
-                        let node: Node = Kind::Case(labels.collect(), body).into();
+                    let cases = cases.iter().map(|case| {
+                        let labels = case.steps.iter().map(|(_, label)| label);
                         let steps = case.steps.iter().map(|(step, _)| Object::Step(*step));
-                        list.push(node.about_all(steps));
-                    }
-                    let nothing = vec![Node::line("break;")];
-                    list.push(Kind::Case(vec!["default:".to_string()], nothing).into());
-                    nodes.push(Node::block(format!("switch ({number})"), list));
+                        Node::cases(labels, self.pieces(&case.body, calls)).about_all(steps)
+                    });
+                    let cases = cases.collect();
+                    nodes.push(Node::switch(number, cases));
                 }
                 Piece::Function(index) => nodes.extend(calls.get(*index).map(Node::line)),
             }
@@ -365,10 +358,7 @@ impl<'a> Emit<'a> {
             Stmt::Store(cell, index, value) => {
                 let mentioned: Vec<&Expr> = index.iter().chain([value]).collect();
                 nodes.extend(self.ask(&mentioned, &[]));
-                let ty = self.program.cells[*cell].ty;
-                let value = self.expr(value);
-                let value =
-                    saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                let value = self.saturated(value, self.program.cells[*cell].ty);
                 let index = index
                     .as_ref()
                     .map(|index| format!("[{}]", self.expr(index).text))
@@ -394,10 +384,7 @@ impl<'a> Emit<'a> {
             Stmt::Output(output, value) => {
                 let active = self.carriers(*output, value);
                 nodes.extend(self.ask(&[value], &active));
-                let ty = self.net.outputs[*output].ty;
-                let value = self.expr(value);
-                let value =
-                    saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty);
+                let value = self.saturated(value, self.net.outputs[*output].ty);
                 nodes.push(
                     Node::line(self.names.io.write(&self.names.outputs[*output], *output, &value))
                         .about(Object::Output(*output)),
@@ -419,6 +406,12 @@ impl<'a> Emit<'a> {
                 }
             }
         }
+    }
+
+    /// The text of a value that is stored in a type: the nearest value of the type.
+    fn saturated(&mut self, value: &Expr, ty: Type) -> String {
+        let value = self.expr(value);
+        saturated(value, ty, &self.names.prefix, &mut self.helpers).stored_as(ty)
     }
 
     /// The task that runs under this condition: if a step has several tasks, the one whose turn it is.

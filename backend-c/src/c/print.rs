@@ -6,6 +6,7 @@
 use crate::Object;
 use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::StepId;
+use std::fmt::Display;
 
 /// A piece of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -162,6 +163,73 @@ impl Node {
     /// A function definition.
     pub(crate) fn function(head: impl Into<String>, body: Vec<Node>) -> Self {
         Kind::Function(head.into(), body).into()
+    }
+
+    /// The definition of a type: `typedef head { .. } name;`. `head` is `struct` or `enum`.
+    pub(crate) fn typedef(head: &str, body: Vec<Node>, name: impl Display) -> Self {
+        Kind::Braces(format!("typedef {head}"), body, format!(" {name};")).into()
+    }
+
+    /// A definition with braces: `head { .. };`, such as a table or an `enum` without a name.
+    pub(crate) fn braced(head: impl Into<String>, body: Vec<Node>) -> Self {
+        Kind::Braces(head.into(), body, ";".to_owned()).into()
+    }
+
+    /// A constant table: `static UPPER_ROM ty name[..] = { .. };`. Each row is the line of an element, without a comma.
+    pub(crate) fn table(upper: &str, ty: &str, name: &str, mut rows: Vec<Node>) -> Self {
+        let count = rows.len();
+        for row in rows.iter_mut().rev().skip(1) {
+            if let Kind::Line(text) = &mut row.kind {
+                text.push(',');
+            }
+        }
+        Node::braced(format!("static {upper}_ROM {ty} {name}[{count}] ="), rows)
+    }
+
+    /// `case label: .. break;`.
+    pub(crate) fn case(label: impl Display, body: Vec<Node>) -> Self {
+        Node::cases([label], body)
+    }
+
+    /// `case label: case label: .. break;`.
+    pub(crate) fn cases(labels: impl IntoIterator<Item: Display>, mut body: Vec<Node>) -> Self {
+        body.push(Node::line("break;"));
+        Kind::Case(labels.into_iter().map(|it| format!("case {it}:")).collect(), body).into()
+    }
+
+    /// A `switch` that does nothing for all values without a case.
+    pub(crate) fn switch(subject: impl Display, mut cases: Vec<Node>) -> Self {
+        cases.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
+        Node::block(format!("switch ({subject})"), cases)
+    }
+
+    /// A macro with its default value: `#ifndef`, `#define`, `#endif`. `name` contains the parameters, if any.
+    pub(crate) fn default_macro(name: &str, value: &str) -> [Self; 3] {
+        let (bare, _) = name.split_once('(').unwrap_or((name, ""));
+        [
+            Node::directive(format!("#ifndef {bare}")),
+            Node::directive(format!("#define {name} {value}")),
+            Node::directive("#endif"),
+        ]
+    }
+
+    /// A function definition with a comment above and an empty line below.
+    pub(crate) fn documented(comment: &str, head: String, body: Vec<Node>) -> [Self; 3] {
+        [Node::comment(comment), Node::function(head, body), Node::blank()]
+    }
+
+    /// Declarations with the linkage of C, also in C++.
+    pub(crate) fn c_linkage(declarations: Vec<Node>) -> impl Iterator<Item = Self> {
+        let within = |line: &str| {
+            [Node::directive("#ifdef __cplusplus"), Node::line(line), Node::directive("#endif")]
+        };
+        [Node::blank()]
+            .into_iter()
+            .chain(within("extern \"C\" {"))
+            .chain([Node::blank()])
+            .chain(declarations)
+            .chain(within("}"))
+            .chain([Node::blank()])
     }
 
     /// Adds a comment at the end of the line.

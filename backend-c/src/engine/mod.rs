@@ -23,7 +23,7 @@ mod ops;
 pub(crate) mod program;
 pub(crate) mod room;
 
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Member, StyleOutput};
@@ -590,7 +590,7 @@ fn emit(
         let handed = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
         let handed: Vec<_> = handed.enumerate().map(|(at, (id, _))| (id, at)).collect();
         body.extend(hand_in(net, names, &handed, "inputs", reset));
-        for (name, value) in [
+        body.extend(set_run(&[
             ("image", "self->image"),
             ("bits", "self->bits"),
             ("values", "self->values"),
@@ -602,9 +602,7 @@ fn emit(
             ("at", "0U"),
             ("end", "0U"),
             ("depth", "0U"),
-        ] {
-            body.push(Node::line(format!("run.{name} = {value};")));
-        }
+        ]));
         let dt = if ticks.is_some() { "(int32_t)dt" } else { "0" };
         let call = if reset { "gs_init(&run)".to_owned() } else { format!("gs_step(&run, {dt})") };
         let call =
@@ -639,6 +637,11 @@ fn emit(
     }
 }
 
+/// Sets the members of the local `run`, with which the engine is called.
+fn set_run(members: &[(&str, &str)]) -> impl Iterator<Item = Node> {
+    members.iter().map(|(name, value)| Node::line(format!("run.{name} = {value};")))
+}
+
 /// The part of the header before the instance.
 fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> {
     let (prefix, upper) = (&names.prefix, &names.upper);
@@ -646,9 +649,7 @@ fn macros(names: &Names, sizes: &[(&str, String)], interface: u32) -> Vec<Node> 
         "Sizes of an instance: to load larger charts, define larger values before this file is included.",
     )];
     for (name, value) in sizes {
-        nodes.push(Node::directive(format!("#ifndef {upper}_{name}")));
-        nodes.push(Node::directive(format!("#define {upper}_{name} {value}")));
-        nodes.push(Node::directive("#endif"));
+        nodes.extend(Node::default_macro(&format!("{upper}_{name}"), value));
     }
     nodes.extend([
         Node::blank(),
@@ -706,6 +707,6 @@ fn table(names: &Names, lines: &[Line]) -> Vec<Node> {
     vec![
         Node::directive(format!("#include \"{}.h\"", names.stem)),
         Node::blank(),
-        Kind::Braces(format!("GS_ROM uint8_t {prefix}_tables[] ="), body, ";".to_owned()).into(),
+        Node::braced(format!("GS_ROM uint8_t {prefix}_tables[] ="), body),
     ]
 }

@@ -12,7 +12,7 @@ use super::loading::Loading;
 use super::ops::Machine;
 use super::room::Room;
 use super::{clear_array, member, size};
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use crate::calls::{self, Callee};
 use crate::cexpr::{CExpr, Class, Helpers, Prec};
 use crate::names::{Names, library, namer};
@@ -284,53 +284,61 @@ fn values(
     all
 }
 
-/// The services for the engine: functions, and the loop that drives a reaction.
-fn services(
-    net: &Net,
-    names: &Names,
-    places: &Places,
-    needs: &Needs,
-    locals: &Locals,
-    helpers: &mut Helpers,
-) -> (Vec<Node>, Vec<Node>) {
-    let prefix = &names.prefix;
-    let mut functions = Vec::new();
-    let mut arms: Vec<Node> = Vec::new();
-    let run = &locals.run;
-    let mut service = |code: &str, call: Node| {
-        arms.push(
-            Kind::Case(vec![format!("case {code}:")], vec![call, Node::line("break;")]).into(),
-        );
-    };
-    let case = |number: usize, mut body: Vec<Node>| -> Node {
-        body.push(Node::line("break;"));
-        Kind::Case(vec![format!("case {number}U:")], body).into()
-    };
-    let asked: Vec<_> = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern).collect();
-    if !asked.is_empty() {
-        let cases = asked.iter().map(|(id, input)| {
-            let function = &names.inputs[*id];
+/// What the engine requests: the functions that perform it, and the cases of the loop that drives a reaction.
+struct Services<'a> {
+    net: &'a Net,
+    names: &'a Names,
+    places: &'a Places,
+    locals: &'a Locals,
+    functions: Vec<Node>,
+    arms: Vec<Node>,
+}
+
+impl Services<'_> {
+    /// A request that a function performs: it selects by a number, unless there is nothing to select.
+    fn select(
+        &mut self,
+        code: &str,
+        what: &str,
+        head: &str,
+        number: &str,
+        call: String,
+        cases: Vec<Node>,
+    ) {
+        if cases.is_empty() {
+            return;
+        }
+        let head = format!("static void {}_{head}", self.names.prefix);
+        self.functions.extend(Node::documented(what, head, vec![Node::switch(number, cases)]));
+        self.arms.push(Node::case(code, vec![Node::line(format!("{}_{call}", self.names.prefix))]));
+    }
+
+    /// Calls of extern conditions.
+    fn conditions(&mut self) {
+        let (names, inputs, run) = (self.names, &self.locals.inputs, &self.locals.run);
+        let asked = self.net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+        let cases = asked.map(|(id, input)| {
+            let function = &names.inputs[id];
             let value = if input.ty.is_bool() {
                 format!("{function}() ? 1 : 0")
             } else {
                 format!("(int32_t){function}()")
             };
-            let at = places.inputs[id];
-            let line = Node::line(format!("{}[{at}] = {value};", locals.inputs));
-            case(usize::from(at), vec![line.about(Object::Input(*id))])
+            let at = self.places.inputs[&id];
+            let line = Node::line(format!("{inputs}[{at}] = {value};"));
+            Node::case(format!("{at}U"), vec![line.about(Object::Input(id))])
         });
-        functions.extend(switch(
-            "Calls an extern condition.",
-            format!("static void {prefix}_ask(uint16_t number, int32_t {}[])", locals.inputs),
-            "number",
-            cases.collect(),
-        ));
-        let call = format!("{prefix}_ask({run}->number, {});", locals.inputs);
-        service("GP_ASK", Node::line(call));
+        let cases = cases.collect();
+        let head = format!("ask(uint16_t number, int32_t {inputs}[])");
+        let call = format!("ask({run}->number, {inputs});");
+        self.select("GP_ASK", "Calls an extern condition.", &head, "number", call, cases);
     }
-    if !places.actions.is_empty() {
+
+    /// Calls of extern actions.
+    fn actions(&mut self, helpers: &mut Helpers) {
+        let (net, names, run) = (self.net, self.names, &self.locals.run);
         let mut cases = Vec::new();
-        for (number, output) in places.actions.iter().enumerate() {
+        for (number, output) in self.places.actions.iter().enumerate() {
             let Driver::Extern { params, .. } = &net.outputs[*output].driver else { continue };
             let arguments = params.iter().enumerate().map(|(at, param)| {
                 let text = format!("{run}->stack[{at}]");
@@ -342,49 +350,57 @@ fn services(
             });
             let arguments = arguments.collect();
             let callee = Callee { net, names, output: *output };
-            cases.push(case(number, vec![callee.call(arguments, helpers)]));
+            cases.push(Node::case(format!("{number}U"), vec![callee.call(arguments, helpers)]));
         }
-        functions.extend(switch(
-            "Calls an extern action.",
-            format!("static void {prefix}_call(const gp_run_t *{run})"),
-            &format!("{run}->number"),
-            cases,
-        ));
-        service("GP_CALL", Node::line(format!("{prefix}_call({run});")));
+        let (head, number) = (format!("call(const gp_run_t *{run})"), format!("{run}->number"));
+        let call = format!("call({run});");
+        self.select("GP_CALL", "Calls an extern action.", &head, &number, call, cases);
     }
-    if !places.texts.is_empty() {
-        let mut cases = Vec::new();
-        for (number, text) in places.texts.iter().enumerate() {
-            let text = Verbatim { language: "c".to_owned(), text: text.clone() };
-            cases.push(case(number, calls::verbatim(&text)));
-        }
-        let (parameters, arguments) = parameters(names, net, &cases);
-        functions.extend(switch(
-            "Runs a code block of the chart.",
-            format!("static void {prefix}_text({parameters}uint16_t number)"),
-            "number",
-            cases,
-        ));
-        service("GP_TEXT", Node::line(format!("{prefix}_text({arguments}{run}->number);")));
+
+    /// Code blocks of the chart.
+    fn texts(&mut self) {
+        let texts = self.places.texts.iter().enumerate();
+        let cases: Vec<Node> = texts
+            .map(|(number, text)| {
+                let text = Verbatim { language: "c".to_owned(), text: text.clone() };
+                Node::case(format!("{number}U"), calls::verbatim(&text))
+            })
+            .collect();
+        let (parameters, arguments) = parameters(self.names, self.net, &cases);
+        let head = format!("text({parameters}uint16_t number)");
+        let call = format!("text({arguments}{}->number);", self.locals.run);
+        self.select("GP_TEXT", "Runs a code block of the chart.", &head, "number", call, cases);
     }
+}
+
+/// The services for the engine: functions, and the loop that drives a reaction.
+fn services(
+    net: &Net,
+    names: &Names,
+    places: &Places,
+    needs: &Needs,
+    locals: &Locals,
+    helpers: &mut Helpers,
+) -> (Vec<Node>, Vec<Node>) {
+    let (prefix, run, wants) = (&names.prefix, &locals.run, &locals.wants);
+    let (functions, arms) = (Vec::new(), Vec::new());
+    let mut services = Services { net, names, places, locals, functions, arms };
+    services.conditions();
+    services.actions(helpers);
+    services.texts();
+    let Services { mut functions, mut arms, .. } = services;
     if needs.room.fired > 0 {
-        service("GP_FIRED", Node::line(format!("{prefix}_fired(self, {run}->number);")));
-        service("GP_MICRO", crate::trace::micro_step());
+        let fired = Node::line(format!("{prefix}_fired(self, {run}->number);"));
+        arms.push(Node::case("GP_FIRED", vec![fired]));
+        arms.push(Node::case("GP_MICRO", vec![crate::trace::micro_step()]));
     }
     if arms.is_empty() {
         return (functions, vec![Node::line(format!("(void)gp_go(&{run});"))]);
     }
-    arms.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
-    let wants = &locals.wants;
+    let next = Node::line(format!("{wants} = gp_go({run});"));
     let body = vec![
         Node::line(format!("uint8_t {wants} = gp_go({run});")),
-        Node::block(
-            format!("while ({wants} != GP_DONE)"),
-            vec![
-                Node::block(format!("switch ({wants})"), arms),
-                Node::line(format!("{wants} = gp_go({run});")),
-            ],
-        ),
+        Node::block(format!("while ({wants} != GP_DONE)"), vec![Node::switch(wants, arms), next]),
     ];
     let (mut parameters, mut arguments) = parameters(names, net, &body);
     parameters.push_str(&format!("gp_run_t *{run}"));
@@ -393,19 +409,12 @@ fn services(
         parameters.push_str(&format!(", int32_t {}[]", locals.inputs));
         arguments.push_str(&format!(", {}", locals.inputs));
     }
-    functions.extend([
-        Node::comment("Runs to completion and performs the calls that the engine requests."),
-        Node::function(format!("static void {prefix}_go({parameters})"), body),
-        Node::blank(),
-    ]);
+    functions.extend(Node::documented(
+        "Runs to completion and performs the calls that the engine requests.",
+        format!("static void {prefix}_go({parameters})"),
+        body,
+    ));
     (functions, vec![Node::line(format!("{prefix}_go({arguments});"))])
-}
-
-/// A function that selects by a number.
-fn switch(comment: &str, head: String, number: &str, mut cases: Vec<Node>) -> [Node; 3] {
-    cases.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
-    let body = vec![Node::block(format!("switch ({number})"), cases)];
-    [Node::comment(comment), Node::function(head, body), Node::blank()]
 }
 
 /// The parameters of a reaction that some text mentions, each followed by a comma.

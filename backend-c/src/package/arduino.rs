@@ -61,13 +61,12 @@ fn head(chart: &Chart<'_>) -> String {
 /// The sketch: pins, `setup`, `loop`. It is also the program of the PlatformIO example.
 pub(super) fn sketch(chart: &Chart<'_>) -> String {
     let interface = &chart.package.interface;
-    let (name, upper) = (chart.name(), chart.upper());
+    let name = chart.name();
     let (inputs, outputs) = (
         board::inputs(chart, Structure::Local("in")),
         board::outputs(chart, Structure::Local("out")),
     );
     let has_events = inputs.iter().any(|it| it.is_event);
-    let has_pins = inputs.iter().any(|it| !it.is_event);
     let mut text = format!(
         "/* {}: the chart on an Arduino. This sketch is yours. */\n#include <{}.h>\n",
         comment_text(&chart.net.name.text),
@@ -77,14 +76,8 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
         text += &format!("#include <{}_port.h>\n", chart.stem());
     }
     text += &pin_table(&inputs, &outputs);
-    if interface.has_instance {
-        text += &format!("static {name}_t self;\n");
-    }
-    if has_pins {
-        text += &format!("static {name}_in_t in;\n");
-    }
-    if interface.has_out {
-        text += &format!("static {name}_out_t out;\n");
+    for variable in interface.variables(inputs.iter().any(|it| !it.is_event)) {
+        text += &format!("static {variable}\n");
     }
     if has_events {
         text += &format!("static {name}_ring_t ring;\n");
@@ -130,20 +123,8 @@ pub(super) fn sketch(chart: &Chart<'_>) -> String {
         );
     }
     for signal in &inputs {
-        let member = &signal.member;
-        if signal.is_event {
-            text += &format!(
-                "    /* An event is a rising edge here; an interrupt service routine may post it instead. */\n    const bool is_{member} = digitalRead(EVENT_{member}) == HIGH;\n    \
-                 if (is_{member} && !was_{member}) {{\n        (void){name}_post(&ring, {upper}_EVENT_{member});\n    }}\n    was_{member} = is_{member};\n"
-            );
-        } else if signal.ty.is_bool() {
-            let access = (signal.access)(&format!("level_{member}"));
-            text += &format!(
-                "    const bool level_{member} = digitalRead(IN_{member}) == HIGH;\n    {access}\n"
-            );
-        } else {
-            text += &format!("    {}\n", (signal.access)(&measured(signal)));
-        }
+        let level = |pin: &str| format!("digitalRead({pin}) == HIGH");
+        text += &board::read(chart, signal, "    ", level, &measured(signal));
     }
     text += &format!("    {}\n", board::step(chart));
     if interface.has_out {

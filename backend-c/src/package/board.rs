@@ -69,17 +69,14 @@ fn described(name: &str, label: &str) -> String {
 
 /// The text; `folder` is the path from it to the headers.
 pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
-    let interface = &chart.package.interface;
-    let (name, upper) = (chart.name(), chart.upper());
     let (inputs, outputs) =
         (inputs(chart, Structure::Local("in")), outputs(chart, Structure::Local("out")));
-    let has_events = inputs.iter().any(|it| it.is_event);
     let mut text = format!(
         "/* {}: the chart on a microcontroller. This file is yours. */\n#include \"{folder}{}.h\"\n",
         comment_text(&chart.net.name.text),
         chart.stem()
     );
-    if has_events {
+    if inputs.iter().any(|it| it.is_event) {
         text += &format!("#include \"{folder}{}_port.h\"\n", chart.stem());
     }
     text += "#include <stddef.h>\n\n";
@@ -93,41 +90,37 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     text += "/* ---------------------------------------------------------------------------------------------------------- */\n\n";
     text += MACHINE;
     text.push('\n');
-    for signal in inputs.iter().filter(|it| !it.ty.is_bool()) {
-        let (lo, hi) = signal.ty.bounds();
-        text += &format!(
-            "/* FILL IN: a number from {lo} to {hi}. {} */\nstatic {} read_{}(void)\n{{\n    return {};\n}}\n\n",
-            signal.note,
-            storage(signal.ty),
-            signal.member,
-            signal.ty.saturate(0)
-        );
-    }
-    for signal in outputs.iter().filter(|it| !it.ty.is_bool()) {
-        let (lo, hi) = signal.ty.bounds();
-        text += &format!(
-            "/* FILL IN: a number from {lo} to {hi}. {} */\nstatic void write_{}({} value)\n{{\n    (void)value;\n}}\n\n",
-            signal.note,
-            signal.member,
-            storage(signal.ty)
-        );
-    }
+    let numbers = |signals: &[Signal], function: &dyn Fn(&Signal, &str) -> String| -> String {
+        let numeric = signals.iter().filter(|it| !it.ty.is_bool());
+        let stub = |signal: &Signal| {
+            let ((lo, hi), function) = (signal.ty.bounds(), function(signal, storage(signal.ty)));
+            format!("/* FILL IN: a number from {lo} to {hi}. {} */\n{function}\n\n", signal.note)
+        };
+        numeric.map(stub).collect()
+    };
+    text += &numbers(&inputs, &|Signal { member, ty, .. }, name| {
+        format!("static {name} read_{member}(void)\n{{\n    return {};\n}}", ty.saturate(0))
+    });
+    text += &numbers(&outputs, &|Signal { member, .. }, name| {
+        format!("static void write_{member}({name} value)\n{{\n    (void)value;\n}}")
+    });
     text += &Ratio::of(chart, 1_000_000, "uint16_t").function(chart, "ticks_of_ms");
-    text += "int main(void)\n{\n";
-    if interface.has_instance {
-        text += &format!("    static {name}_t self;\n");
+    text += &main(chart, &inputs, &outputs);
+    text
+}
+
+/// The loop that reads the pins, calls the chart and writes the pins.
+fn main(chart: &Chart<'_>, inputs: &[Signal], outputs: &[Signal]) -> String {
+    let (name, interface) = (chart.name(), &chart.package.interface);
+    let mut text = String::from("int main(void)\n{\n");
+    for variable in interface.variables(inputs.iter().any(|it| !it.is_event)) {
+        text += &format!("    static {variable}\n");
     }
-    if inputs.iter().any(|it| !it.is_event) {
-        text += &format!("    static {name}_in_t in;\n");
-    }
-    if interface.has_out {
-        text += &format!("    static {name}_out_t out;\n");
-    }
-    if has_events {
+    if inputs.iter().any(|it| it.is_event) {
         text += &format!("    static {name}_ring_t ring;\n");
-        for signal in inputs.iter().filter(|it| it.is_event) {
-            text += &format!("    bool was_{} = false;\n", signal.member);
-        }
+    }
+    for signal in inputs.iter().filter(|it| it.is_event) {
+        text += &format!("    bool was_{} = false;\n", signal.member);
     }
     if interface.ticks.is_some() {
         text += "    uint16_t last;\n";
@@ -147,24 +140,12 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     } else {
         text += "        (void)board_ms;\n";
     }
-    for signal in &inputs {
-        let member = &signal.member;
-        if signal.is_event {
-            text += &format!(
-                "        /* An event is a rising edge here; an interrupt service routine may post it instead. */\n        const bool is_{member} = pin_read(EVENT_{member});\n        \
-                 if (is_{member} && !was_{member}) {{\n            (void){name}_post(&ring, {upper}_EVENT_{member});\n        }}\n        was_{member} = is_{member};\n"
-            );
-        } else if signal.ty.is_bool() {
-            text += &format!(
-                "        const bool level_{member} = pin_read(IN_{member});\n        {}\n",
-                (signal.access)(&format!("level_{member}"))
-            );
-        } else {
-            text += &format!("        {}\n", (signal.access)(&format!("read_{member}()")));
-        }
+    for signal in inputs {
+        let number = format!("read_{}()", signal.member);
+        text += &read(chart, signal, "        ", |pin| format!("pin_read({pin})"), &number);
     }
     text += &format!("        {}\n", step(chart));
-    for signal in &outputs {
+    for signal in outputs {
         let value = (signal.access)("");
         if signal.ty.is_bool() {
             text += &format!("        pin_write(OUT_{}, {value});\n", signal.member);
@@ -180,6 +161,31 @@ pub(super) fn text(chart: &Chart<'_>, folder: &str) -> String {
     }
     text += "    }\n}\n";
     text
+}
+
+/// The statements that read an input: `level` is the level of a pin, `number` the value of a numeric input.
+pub(super) fn read(
+    chart: &Chart<'_>,
+    signal: &Signal,
+    indent: &str,
+    level: impl Fn(&str) -> String,
+    number: &str,
+) -> String {
+    let (name, upper, member) = (chart.name(), chart.upper(), &signal.member);
+    if signal.is_event {
+        let level = level(&format!("EVENT_{member}"));
+        format!(
+            "{indent}/* An event is a rising edge here; an interrupt service routine may post it instead. */\n\
+             {indent}const bool is_{member} = {level};\n{indent}if (is_{member} && !was_{member}) {{\n\
+             {indent}    (void){name}_post(&ring, {upper}_EVENT_{member});\n{indent}}}\n{indent}was_{member} = is_{member};\n"
+        )
+    } else if signal.ty.is_bool() {
+        let level = level(&format!("IN_{member}"));
+        let access = (signal.access)(&format!("level_{member}"));
+        format!("{indent}const bool level_{member} = {level};\n{indent}{access}\n")
+    } else {
+        format!("{indent}{}\n", (signal.access)(number))
+    }
 }
 
 /// The Boolean signals, with the prefix of their pin names: inputs, events, outputs.

@@ -38,16 +38,8 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
         print_row(chart),
     ));
     nodes.push(Node::blank());
-    let mut body = Vec::new();
-    if interface.has_instance {
-        body.push(Node::line(format!("static {prefix}_t self;")));
-    }
-    if interface.has_in {
-        body.push(Node::line(format!("static {prefix}_in_t in;")));
-    }
-    if interface.has_out {
-        body.push(Node::line(format!("static {prefix}_out_t out;")));
-    }
+    let variables = interface.variables(interface.has_in);
+    let mut body: Vec<Node> = variables.map(|it| Node::line(format!("static {it}"))).collect();
     body.push(Node::line("long scan = 0;"));
     body.push(Node::blank());
     let heading = ["scan".to_owned(), "steps".to_owned()]
@@ -74,24 +66,14 @@ pub(super) fn text(chart: &Chart<'_>, include: &str) -> String {
         } else {
             format!("({})number({lo}, {hi})", storage(input.ty))
         };
+        let mut source = value;
         if names.io.input_bit(*id).is_some() {
             // The macro evaluates the value twice.
             let local = format!("bit_{}", names.inputs[*id]);
-            round.push(Node::line(format!("const bool {local} = {value};")));
-            round.push(Node::line(names.io.put(
-                Structure::Local("in"),
-                &names.inputs[*id],
-                *id,
-                &local,
-            )));
-        } else {
-            round.push(Node::line(names.io.put(
-                Structure::Local("in"),
-                &names.inputs[*id],
-                *id,
-                &value,
-            )));
+            round.push(Node::line(format!("const bool {local} = {source};")));
+            source = local;
         }
+        round.push(Node::line(names.put(Structure::Local("in"), *id, &source)));
     }
     round.push(Node::line("end_line();"));
     round.push(Node::line(format!("{prefix}_step({});", arguments(interface, true))));

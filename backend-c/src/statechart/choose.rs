@@ -468,30 +468,21 @@ impl Emit<'_> {
             }
         }
         if let Some(rests) = check.rests.get(&region) {
-            let mut all = Vec::new();
-            if selected.is_some() {
-                let none = format!("{} == 0U", check.taken[&region]);
-                all.push(CExpr::condition(none, Prec::Compare));
-            }
-            if inner_first {
-                for (parallel, _) in &data.nested {
-                    let Some(inner) = self.some_rests(*parallel, check) else { continue };
-                    let stands = self.stands_on(*parallel, "!=");
-                    all.push(CExpr::or(stands.into_iter().chain([inner])));
-                }
-            } else {
-                all.extend(outer_rests.iter().map(|it| CExpr::condition(*it, Prec::Atom)));
-            }
-            let value = CExpr::and(all).text;
+            let none = selected.as_ref().map(|_| format!("{} == 0U", check.taken[&region]));
+            let none = none.map(|none| CExpr::condition(none, Prec::Compare));
+            let outer = outer_rests.iter().map(|it| CExpr::condition(*it, Prec::Atom));
+            let nested = data.nested.iter().filter(|_| inner_first).filter_map(|(parallel, _)| {
+                let inner = self.some_rests(*parallel, check)?;
+                Some(CExpr::or(self.stands_on(*parallel, "!=").into_iter().chain([inner])))
+            });
+            let value = CExpr::and(none.into_iter().chain(nested).chain(outer)).text;
             body.push(Node::line(format!("const bool {rests} = {value};")).defining(rests));
         }
         let Some((_, drops)) = selected else { return };
         let taken = &check.taken[&region];
         if !drops.is_empty() {
-            body.push(Node::when(
-                &CExpr::or(drops).text,
-                vec![Node::line(format!("{taken} = 0;"))],
-            ));
+            let drop = vec![Node::line(format!("{taken} = 0;"))];
+            body.push(Node::when(&CExpr::or(drops).text, drop));
         }
         for (parallel, first) in &data.leavers {
             let highest = check.candidates[&region]

@@ -577,12 +577,7 @@ fn with_default(subject: &str, cases: Vec<Case>, default: Vec<Node>) -> Vec<Node
     let mut all: Vec<Node> = cases
         .into_iter()
         .filter(|case| !case.labels.is_empty())
-        .map(|case| {
-            let heads = case.labels.iter().map(|label| format!("case {label}:")).collect();
-            let mut body = case.body;
-            body.push(Node::line("break;"));
-            Kind::Case(heads, body).into()
-        })
+        .map(|case| Node::cases(&case.labels, case.body))
         .collect();
     let mut body = default;
     body.push(Node::line("break;"));

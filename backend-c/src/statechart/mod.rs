@@ -340,9 +340,7 @@ impl Emit<'_> {
         let has_scan = !shared.is_empty();
         if has_scan {
             step.push(Node::line(format!("{prefix}_scan_t scan;")));
-            let mut node: Node =
-                Kind::Braces("typedef struct".to_string(), shared, format!(" {prefix}_scan_t;"))
-                    .into();
+            let mut node: Node = Node::typedef("struct", shared, format!("{prefix}_scan_t"));
             node.note = "data of one reaction".to_string();
             tables.push(node);
         }
@@ -545,7 +543,7 @@ impl Emit<'_> {
                 })
                 .collect();
             let zero = if region.is_always { "" } else { "; 0 while it is not active" };
-            let node: Node = Kind::Braces("enum".to_string(), body, ";".to_string()).into();
+            let node = Node::braced("enum", body);
             nodes.push(node.note(format!("values of {variable}{zero}")));
         }
         nodes
@@ -570,7 +568,7 @@ impl Emit<'_> {
                         .about(Object::Transition(*id))
                 })
                 .collect();
-            let node: Node = Kind::Braces("enum".to_string(), body, ";".to_string()).into();
+            let node = Node::braced("enum", body);
             nodes.push(node.note(format!(
                 "the transitions out of the states of {}, 0 for none",
                 self.region_name(region)

@@ -173,6 +173,25 @@ fn in_document_order(net: &Net) -> Result<(), Refusal> {
     Ok(())
 }
 
+impl Region {
+    /// A region without states.
+    fn new(parent: Option<StepId>, part: PartId, root: StepId) -> Self {
+        Region {
+            parent,
+            part,
+            root,
+            terminals: Vec::new(),
+            composites: Vec::new(),
+            nested: Vec::new(),
+            is_always: parent.is_none(),
+            transitions: Vec::new(),
+            n_still: 0,
+            leavers: Vec::new(),
+            drops: false,
+        }
+    }
+}
+
 fn regions(net: &Net) -> Result<Plan, Refusal> {
     let mut is_parent = IdMap::filled(&net.steps, false);
     for parent in net.steps.values().filter_map(|step| step.parent) {
@@ -196,19 +215,7 @@ fn regions(net: &Net) -> Result<Plan, Refusal> {
             (None, _) if of_part.contains_key(&step.part) => (of_part[&step.part], 1),
             (parent, _) => {
                 let index = plan.regions.len();
-                plan.regions.push(Region {
-                    parent,
-                    part: step.part,
-                    root: id,
-                    terminals: Vec::new(),
-                    composites: Vec::new(),
-                    nested: Vec::new(),
-                    is_always: parent.is_none(),
-                    transitions: Vec::new(),
-                    n_still: 0,
-                    leavers: Vec::new(),
-                    drops: false,
-                });
+                plan.regions.push(Region::new(parent, step.part, id));
                 match parent {
                     Some(parent) => {
                         let outer = plan.region_of[parent];

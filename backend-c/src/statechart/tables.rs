@@ -4,7 +4,7 @@
 
 use super::Emit;
 use crate::Object;
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use grafsynth_ir::net::TransitionId;
 
 /// An entry of a table.
@@ -63,7 +63,7 @@ impl Emit<'_> {
             });
         }
         let head = format!("static {}_ROM {ty} {name}[{}] =", self.names.upper, rows.len());
-        let node: Node = Kind::Braces(head, lines, ";".to_owned()).into();
+        let node = Node::braced(head, lines);
         let at = self.functions.len();
         self.functions.push(node.note(note));
         self.functions.push(Node::blank());

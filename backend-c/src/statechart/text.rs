@@ -1,7 +1,7 @@
 //! Functions and `switch` statements.
 
 use super::Emit;
-use crate::c::print::{Arm, Kind, Node, Writer};
+use crate::c::print::{Kind, Node, Writer};
 use crate::style_output::{mentions, without_unused};
 use grafsynth_ir::program::Stmt;
 use itertools::Itertools as _;
@@ -166,7 +166,7 @@ pub(super) fn switch(subject: &str, cases: Vec<Case>) -> Vec<Node> {
         }
         _ => {}
     }
-    let mut body: Vec<Node> = cases
+    let body: Vec<Node> = cases
         .into_iter()
         .map(|case| {
             let mut inner = case.body;
@@ -177,8 +177,7 @@ pub(super) fn switch(subject: &str, cases: Vec<Case>) -> Vec<Node> {
             Kind::Case(heads, inner).into()
         })
         .collect();
-    body.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
-    vec![Kind::Block(vec![Arm::new(format!("switch ({subject})"), body)]).into()]
+    vec![Node::switch(subject, body)]
 }
 
 /// The lines of code in a body.

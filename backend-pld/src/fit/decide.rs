@@ -19,7 +19,7 @@ use grafsynth_ir::names::{CUPL, GALASM, Namer, PALASM, PALASM_CHIP};
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Refused};
 use grafsynth_logic::node_bdds::Var;
-use grafsynth_logic::split::{Wide, split};
+use grafsynth_logic::split::{Split, Wide, split};
 use std::collections::BTreeMap;
 
 /// In a design that cannot fit, the number of functions whose decision diagrams may reach the full node limit before the functions are cut. For the later ones,
@@ -71,14 +71,7 @@ impl Equations {
             // A text in this language only serves to make a fuse map, so a device without a known fuse map is refused.
             findings.push(crate::fuse::no_map(device));
         }
-        let target = match dialect {
-            Dialect::Palasm => &PALASM,
-            Dialect::Cupl => &CUPL,
-            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
-        };
-        let mut namer = Namer::new(target);
-        let mut signals = name_signals(logic, &mut namer);
-        let first = FirstOfKind::of(&signals);
+        let mut signals = Signals::of(logic, dialect);
         let functions = functions(logic, device, &mut findings);
         if !findings.is_empty() {
             return Err(findings);
@@ -89,131 +82,17 @@ impl Equations {
         if let Some(lack) = lack.as_ref().filter(|_| is_refused && device.blocks.is_some()) {
             return Err(vec![misfit::by_count(logic, device, lack)]);
         }
-        let quick = Budget { exact: None, ..options.budget };
-        let dont_cares = options.dont_cares;
-        let forms = FormChoice { logic, device, budget: quick, dont_cares, open: &[] };
-        let exclusive =
-            (device.has_flip_flop(FlipFlop::T) || device.has_xor()).then(|| Exclusive::new(logic));
-        let all = |forms: FormChoice<'_>, signals: &mut [Signal]| {
-            let form_of = |function: &Function<'_>, is_short: bool| {
-                let mut forms = FormChoice { open: &function.open, ..forms };
-                if is_short {
-                    forms.budget.nodes = forms.budget.nodes.min(NODES_IF_REFUSED);
-                }
-                match (&exclusive, function.source) {
-                    (Some(exclusive), Source::Flop(id)) => {
-                        exclusive.best(&forms, function.node, function.init, Some(id))
-                    }
-                    (Some(exclusive), _) => {
-                        exclusive.best(&forms, function.node, function.init, None)
-                    }
-                    (None, _) => forms.of(function.node, function.init),
-                }
-            };
-            let (mut equations, mut wide) = (Vec::new(), Vec::new());
-            let mut n_refused = 0;
-            for (at, function) in functions.iter().enumerate() {
-                match form_of(function, lack.is_some() && n_refused >= MOST_REFUSED) {
-                    Ok(form) => equations.push(first.equation(signals, function, form, logic)),
-                    Err(refused) => {
-                        n_refused += usize::from(matches!(refused, Refused::Nodes(_)));
-                        wide.push(at);
-                    }
-                }
-            }
-            (equations, wide)
-        };
-        let (mut equations, mut wide) = if is_refused {
-            // The sums are not needed to count the signals that get no pin.
-            let of = |function: &Function<'_>| {
-                let form = forms.unsaid(function.node, function.init);
-                first.equation(&mut signals, function, form, logic)
-            };
-            (functions.iter().map(of).collect(), Vec::new())
-        } else {
-            all(forms, &mut signals)
-        };
-        let is_hopeless = lack.is_some() || count::is_far_too_wide(&equations, device);
-        let forms = if is_hopeless || options.budget.exact.is_none() {
-            forms
-        } else {
-            let forms = FormChoice { budget: options.budget, ..forms };
-            (equations, wide) = all(forms, &mut signals);
-            forms
-        };
-        let wide: Vec<&Function<'_>> = wide.into_iter().map(|at| &functions[at]).collect();
-        let mut depth = 0;
-        if !wide.is_empty() {
-            let asked: Vec<Wide> = wide.iter().map(|function| function.wide(&forms)).collect();
-            let split = split(logic, &asked, widest(device));
-            let forms = FormChoice { logic: &split.logic, ..forms };
-            depth = split.depth;
-            let mut parts_of = BTreeMap::new();
-            for (index, node) in split.nodes.iter().enumerate() {
-                let name = if node.is_whole {
-                    namer.name(&node.name)
-                } else {
-                    let count = parts_of.entry(node.name.as_str()).or_insert(0_usize);
-                    *count += 1;
-                    namer.name_with_suffix(&node.name, &format!("_w{count}"))
-                };
-                signals.push(Signal {
-                    name,
-                    source: Source::Buried(index),
-                    pin: None,
-                    is_pin_inverted: false,
-                    is_complement: false,
-                    shared: None,
-                    meta: node.meta.clone(),
-                });
-            }
-            let places: BTreeMap<PinInputId, SignalIndex> = split
-                .nodes
-                .iter()
-                .enumerate()
-                .map(|(index, node)| (node.input, first.buried + index))
-                .gather();
-            let first = FirstOfKind { places, ..first };
-            let parts = split.nodes.iter().enumerate().map(|(index, node)| {
-                let function = Function {
-                    source: Source::Buried(index),
-                    node: node.value,
-                    open: Vec::new(),
-                    init: None,
-                    name: &node.name,
-                    meta: &node.meta,
-                };
-                (function, &node.sum)
-            });
-            let wholes = wide.iter().zip(&split.wide).map(|(function, (node, sum))| {
-                (Function { node: *node, ..(*function).clone() }, sum)
-            });
-            // Minimising thousands of parts again is slow and saves little.
-            let is_small = split.nodes.len() <= 128;
-            for (function, sum) in parts.chain(wholes) {
-                let minimised = is_small.then(|| {
-                    let forms = FormChoice { open: &function.open, ..forms };
-                    forms.of(function.node, function.init)
-                });
-                let form = match minimised.transpose().ok().flatten() {
-                    Some(form) if form.products.len() <= sum.products.len() => form,
-                    Some(_) | None => forms.of_sum(sum, function.init),
-                };
-                equations.push(first.equation(&mut signals, &function, form, logic));
-            }
-            let order = |equation: &Equation| match signals[equation.signal].source {
-                Source::Buried(index) => (2, index),
-                Source::Flop(id) => (0, id.index()),
-                Source::Output(id) => (1, id.index()),
-                Source::Clock | Source::Input(_) => (3, 0),
-            };
-            equations.sort_by_key(order);
-        }
+        let has_changes = device.has_flip_flop(FlipFlop::T) || device.has_xor();
+        let exclusive = has_changes.then(|| Exclusive::new(logic));
+        let design = Design { logic, device, functions, exclusive, lacks: lack.is_some() };
+        let (sums, is_hopeless) = design.minimised(&mut signals, options, is_refused);
+        let (equations, depth) = design.whole(&mut signals, sums);
+        let Signals { mut namer, all, .. } = signals;
         let mut result = Equations {
             title: Namer::new(&PALASM_CHIP).name(&logic.name.text),
             device,
             head: Vec::new(),
-            signals,
+            signals: all,
             equations,
             has_pins: false,
             depth,
@@ -255,41 +134,222 @@ impl Equations {
     }
 }
 
-/// All signals with their names. Pins are named before flip-flops (they appear in the board's schematic), and the clock is last (its name is generated).
-fn name_signals(logic: &Logic, namer: &mut Namer) -> Vec<Signal> {
-    let inputs = logic
-        .inputs
-        .iter()
-        .map(|(id, input)| (input.name.as_str(), Source::Input(id), &input.meta));
-    let outputs = logic
-        .outputs
-        .iter()
-        .map(|(id, output)| (output.name.as_str(), Source::Output(id), &output.meta));
-    let pins: Vec<_> = inputs.chain(outputs).collect();
-    let signal = |name, source, meta: &Meta| Signal {
-        name,
-        source,
-        pin: None,
-        is_pin_inverted: false,
-        is_complement: false,
-        shared: None,
-        meta: meta.clone(),
-    };
-    let names = namer.assign(pins.iter().map(|pin| pin.0));
-    let mut signals: Vec<Signal> = names
-        .into_iter()
-        .zip(pins)
-        .map(|(name, (_, source, meta))| signal(name, source, meta))
-        .collect();
-    for (id, flop) in logic.flops.iter() {
-        signals.push(signal(register_name(namer, &flop.name), Source::Flop(id), &flop.meta));
+/// A circuit and its device: what the sums are made from.
+struct Design<'a> {
+    logic: &'a Logic,
+    device: &'static Device,
+    functions: Vec<Function<'a>>,
+    /// Views of the flip-flops as toggles, if the device has such flip-flops or an exclusive or.
+    exclusive: Option<Exclusive>,
+    /// True if the device has too few pins or macrocells.
+    lacks: bool,
+}
+
+/// The equations of the functions that have a sum, and the indices of those that are too wide for one.
+struct Sums<'a> {
+    forms: FormChoice<'a>,
+    equations: Vec<Equation>,
+    wide: Vec<usize>,
+}
+
+impl<'a> Design<'a> {
+    /// Minimises all functions, first quickly. If the result is hopeless (the second value), it stays; otherwise the full budget is spent.
+    fn minimised(
+        &'a self,
+        signals: &mut Signals,
+        options: &EmitOptions,
+        is_refused: bool,
+    ) -> (Sums<'a>, bool) {
+        let (logic, device, dont_cares) = (self.logic, self.device, options.dont_cares);
+        let budget = Budget { exact: None, ..options.budget };
+        let forms = FormChoice { logic, device, budget, dont_cares, open: &[] };
+        let sums = if is_refused {
+            // The sums are not needed to count the signals that get no pin.
+            let unsaid =
+                |it: &Function<'_>| signals.equation(it, forms.unsaid(it.node, it.init), logic);
+            let equations = self.functions.iter().map(unsaid).collect();
+            Sums { forms, equations, wide: Vec::new() }
+        } else {
+            self.sums(forms, signals)
+        };
+        let is_hopeless = self.lacks || count::is_far_too_wide(&sums.equations, device);
+        if is_hopeless || options.budget.exact.is_none() {
+            return (sums, is_hopeless);
+        }
+        (self.sums(FormChoice { budget: options.budget, ..forms }, signals), false)
     }
-    if !logic.flops.is_empty() || logic.outputs.values().any(|output| output.registered.is_some()) {
-        let [usual, ..] = CLOCK_NAMES;
-        let name = CLOCK_NAMES.into_iter().find(|name| !namer.is_taken(name)).unwrap_or(usual);
-        signals.insert(0, signal(namer.name(name), Source::Clock, &Meta::default()));
+
+    /// Minimises all functions with this budget.
+    fn sums(&self, forms: FormChoice<'a>, signals: &mut Signals) -> Sums<'a> {
+        let mut sums = Sums { forms, equations: Vec::new(), wide: Vec::new() };
+        let mut n_refused = 0;
+        for (at, function) in self.functions.iter().enumerate() {
+            let Function { node, init, .. } = *function;
+            let mut forms = FormChoice { open: &function.open, ..forms };
+            if self.lacks && n_refused >= MOST_REFUSED {
+                forms.budget.nodes = forms.budget.nodes.min(NODES_IF_REFUSED);
+            }
+            let flop = if let Source::Flop(id) = function.source { Some(id) } else { None };
+            let form = match &self.exclusive {
+                Some(exclusive) => exclusive.best(&forms, node, init, flop),
+                None => forms.of(node, init),
+            };
+            match form {
+                Ok(form) => sums.equations.push(signals.equation(function, form, self.logic)),
+                Err(refused) => {
+                    n_refused += usize::from(matches!(refused, Refused::Nodes(_)));
+                    sums.wide.push(at);
+                }
+            }
+        }
+        sums
     }
-    signals
+
+    /// All equations: functions that are too wide are split into parts, which become buried signals. Also gives the longest chain of parts.
+    fn whole(&self, signals: &mut Signals, sums: Sums<'_>) -> (Vec<Equation>, usize) {
+        let Sums { forms, mut equations, wide } = sums;
+        if wide.is_empty() {
+            return (equations, 0);
+        }
+        let wide: Vec<&Function<'_>> = wide.into_iter().map(|at| &self.functions[at]).collect();
+        let asked: Vec<Wide> = wide.iter().map(|function| function.wide(&forms)).collect();
+        let split = split(self.logic, &asked, widest(self.device));
+        let forms = FormChoice { logic: &split.logic, ..forms };
+        signals.add_parts(&split);
+        let parts = split.nodes.iter().enumerate().map(|(index, node)| {
+            let function = Function {
+                source: Source::Buried(index),
+                node: node.value,
+                open: Vec::new(),
+                init: None,
+                name: &node.name,
+                meta: &node.meta,
+            };
+            (function, &node.sum)
+        });
+        let wholes = wide
+            .iter()
+            .zip(&split.wide)
+            .map(|(function, (node, sum))| (Function { node: *node, ..(*function).clone() }, sum));
+        // Minimising thousands of parts again is slow and saves little.
+        let is_small = split.nodes.len() <= 128;
+        for (function, sum) in parts.chain(wholes) {
+            let minimised = is_small.then(|| {
+                let forms = FormChoice { open: &function.open, ..forms };
+                forms.of(function.node, function.init)
+            });
+            let form = match minimised.transpose().ok().flatten() {
+                Some(form) if form.products.len() <= sum.products.len() => form,
+                Some(_) | None => forms.of_sum(sum, function.init),
+            };
+            equations.push(signals.equation(&function, form, self.logic));
+        }
+        equations.sort_by_key(|equation| match signals.all[equation.signal].source {
+            Source::Buried(index) => (2, index),
+            Source::Flop(id) => (0, id.index()),
+            Source::Output(id) => (1, id.index()),
+            Source::Clock | Source::Input(_) => (3, 0),
+        });
+        (equations, split.depth)
+    }
+}
+
+/// The signals with their names, sorted by kind.
+struct Signals {
+    namer: Namer,
+    all: Vec<Signal>,
+    /// The first index of each kind.
+    input: SignalIndex,
+    output: SignalIndex,
+    flop: SignalIndex,
+    buried: SignalIndex,
+    /// The signals of buried nodes, by the input that represents them.
+    places: BTreeMap<PinInputId, SignalIndex>,
+}
+
+impl Signals {
+    /// Pins are named before flip-flops (they appear in the board's schematic), and the clock is last (its name is generated).
+    fn of(logic: &Logic, dialect: Dialect) -> Self {
+        let mut namer = Namer::new(match dialect {
+            Dialect::Palasm => &PALASM,
+            Dialect::Cupl => &CUPL,
+            Dialect::Galasm | Dialect::Verilog | Dialect::Blif => &GALASM,
+        });
+        let inputs = logic.inputs.iter();
+        let inputs = inputs.map(|(id, it)| (it.name.as_str(), Source::Input(id), &it.meta));
+        let outputs = logic.outputs.iter();
+        let outputs = outputs.map(|(id, it)| (it.name.as_str(), Source::Output(id), &it.meta));
+        let pins: Vec<_> = inputs.chain(outputs).collect();
+        let names = namer.assign(pins.iter().map(|pin| pin.0)).into_iter();
+        let named =
+            names.zip(pins).map(|(name, (_, source, meta))| Signal::new(name, source, meta));
+        let mut all: Vec<Signal> = named.collect();
+        for (id, flop) in logic.flops.iter() {
+            let name = register_name(&mut namer, &flop.name);
+            all.push(Signal::new(name, Source::Flop(id), &flop.meta));
+        }
+        if !logic.flops.is_empty() || logic.outputs.values().any(|it| it.registered.is_some()) {
+            let [usual, ..] = CLOCK_NAMES;
+            let name = CLOCK_NAMES.into_iter().find(|name| !namer.is_taken(name)).unwrap_or(usual);
+            all.insert(0, Signal::new(namer.name(name), Source::Clock, &Meta::default()));
+        }
+        let first = |is_kind: fn(&Source) -> bool| {
+            all.iter().position(|signal| is_kind(&signal.source)).unwrap_or(0)
+        };
+        Signals {
+            input: first(|source| matches!(source, Source::Input(_))),
+            output: first(|source| matches!(source, Source::Output(_))),
+            flop: first(|source| matches!(source, Source::Flop(_))),
+            buried: all.len(),
+            places: BTreeMap::new(),
+            namer,
+            all,
+        }
+    }
+
+    /// Adds a buried signal for each node of a split. A part is named after its function.
+    fn add_parts(&mut self, split: &Split) {
+        let mut parts_of = BTreeMap::new();
+        for (index, node) in split.nodes.iter().enumerate() {
+            let name = if node.is_whole {
+                self.namer.name(&node.name)
+            } else {
+                let count = parts_of.entry(node.name.as_str()).or_insert(0_usize);
+                *count += 1;
+                self.namer.name_with_suffix(&node.name, &format!("_w{count}"))
+            };
+            self.all.push(Signal::new(name, Source::Buried(index), &node.meta));
+        }
+        let places = split.nodes.iter().enumerate();
+        self.places = places.map(|(index, node)| (node.input, self.buried + index)).gather();
+    }
+
+    /// The equation of a function whose sum has this form.
+    fn equation(&mut self, function: &Function<'_>, form: Form, logic: &Logic) -> Equation {
+        let signal = match function.source {
+            Source::Flop(id) => self.flop + id.index(),
+            Source::Output(id) => self.output + id.index(),
+            Source::Buried(index) => self.buried + index,
+            Source::Clock | Source::Input(_) => unreachable!("they have no function"),
+        };
+        self.all[signal].is_pin_inverted = form.is_pin_inverted;
+        let index = |var: Var| match var {
+            Var::Input(id) if id.index() < logic.inputs.len() => self.input + id.index(),
+            Var::Input(id) => self.places[&id],
+            Var::Flop(id) => self.flop + id.index(),
+        };
+        let literals = |product: Vec<(Var, bool)>| {
+            product.into_iter().map(|(var, value)| (index(var), value)).collect::<Vec<_>>()
+        };
+        Equation {
+            signal,
+            is_complemented: form.is_complemented,
+            is_registered: function.init.is_some(),
+            products: form.products.into_iter().map(literals).collect(),
+            flip_flop: form.flip_flop,
+            inverter: form.inverter.map(literals),
+        }
+    }
 }
 
 fn find_device(options: &EmitOptions, findings: &mut Vec<Diagnostic>) -> &'static Device {
@@ -375,65 +435,6 @@ fn functions<'a>(
         });
     }
     functions
-}
-
-/// The first index of each kind of signal: signals are sorted by kind.
-#[derive(Debug)]
-struct FirstOfKind {
-    input: SignalIndex,
-    output: SignalIndex,
-    flop: SignalIndex,
-    buried: SignalIndex,
-    /// The signals of buried nodes, by the input that represents them.
-    places: BTreeMap<PinInputId, SignalIndex>,
-}
-
-impl FirstOfKind {
-    fn of(signals: &[Signal]) -> Self {
-        let first = |is_kind: fn(&Source) -> bool| {
-            signals.iter().position(|signal| is_kind(&signal.source)).unwrap_or(0)
-        };
-        FirstOfKind {
-            input: first(|source| matches!(source, Source::Input(_))),
-            output: first(|source| matches!(source, Source::Output(_))),
-            flop: first(|source| matches!(source, Source::Flop(_))),
-            buried: signals.len(),
-            places: BTreeMap::new(),
-        }
-    }
-
-    fn equation(
-        &self,
-        signals: &mut [Signal],
-        function: &Function<'_>,
-        form: Form,
-        logic: &Logic,
-    ) -> Equation {
-        let signal = match function.source {
-            Source::Flop(id) => self.flop + id.index(),
-            Source::Output(id) => self.output + id.index(),
-            Source::Buried(index) => self.buried + index,
-            Source::Clock | Source::Input(_) => unreachable!("they have no function"),
-        };
-        signals[signal].is_pin_inverted = form.is_pin_inverted;
-        let index = |var: Var| match var {
-            Var::Input(id) if id.index() < logic.inputs.len() => self.input + id.index(),
-            Var::Input(id) => self.places[&id],
-            Var::Flop(id) => self.flop + id.index(),
-        };
-        let literals = |product: Vec<(Var, bool)>| {
-            product.into_iter().map(|(var, value)| (index(var), value)).collect::<Vec<_>>()
-        };
-        let products = form.products.into_iter().map(literals);
-        Equation {
-            signal,
-            is_complemented: form.is_complemented,
-            is_registered: function.init.is_some(),
-            products: products.collect(),
-            flip_flop: form.flip_flop,
-            inverter: form.inverter.map(literals),
-        }
-    }
 }
 
 fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {

@@ -324,20 +324,14 @@ impl Equations {
                 .iter()
                 .filter(|signal| matches!(signal.source, Source::Buried(_)))
                 .count();
-            let meta = self.signals[*owner].meta.clone();
             let n_of_owner = state.owners[..=at].iter().filter(|other| *other == owner).count();
             let own = name(&self.signals[*owner].name, n_of_owner);
             debug_assert_eq!(self.signals.len(), state.first + at, "divisors follow all signals");
-            self.signals.push(Signal {
-                name: own,
-                source: Source::Buried(count),
-                pin: None,
-                // If a pin can only be the complement of the sum, it shows the node inverted.
-                is_pin_inverted: self.device.polarity == Polarity::ActiveLow,
-                is_complement: false,
-                shared: None,
-                meta,
-            });
+            let meta = &self.signals[*owner].meta;
+            let mut signal = Signal::new(own, Source::Buried(count), meta);
+            // If a pin can only be the complement of the sum, it shows the node inverted.
+            signal.is_pin_inverted = self.device.polarity == Polarity::ActiveLow;
+            self.signals.push(signal);
         }
         self.equations = state
             .sums

@@ -168,30 +168,7 @@ impl<'a> Reader<'a> {
                     self.find(Diagnostic::error(codes::SYNTAX, message).at(span, "").help(help));
                 }
             },
-            ".type" | ".typ" => {
-                let kind = Kind::ALL.into_iter().find(|kind| kind.name() == rest);
-                match kind {
-                    Some(_) if self.n_rows > 0 => {
-                        let message = "`.type` must come before the rows";
-                        let finding = Diagnostic::error(codes::SYNTAX, message);
-                        self.find(
-                            finding.at(span, "after the first row").help("move it before the rows"),
-                        );
-                    }
-                    Some(kind) => {
-                        self.kind = kind;
-                        self.places.kind = Some(span);
-                    }
-                    None => {
-                        let message = format!("unknown kind of table `{rest}`");
-                        self.find(
-                            Diagnostic::error(codes::SYNTAX, message)
-                                .at(span, "here")
-                                .help("the kinds are f, fd, fr and fdr"),
-                        );
-                    }
-                }
-            }
+            ".type" | ".typ" => self.kind_of_table(rest, span),
             ".ilb" | ".ob" => {
                 let names = rest.split_whitespace().map(str::to_owned).collect();
                 let place =
@@ -238,6 +215,26 @@ impl<'a> Reader<'a> {
             }
         }
         false
+    }
+
+    fn kind_of_table(&mut self, rest: &str, span: Span) {
+        let error = |message: String| Diagnostic::error(codes::SYNTAX, message);
+        match Kind::ALL.into_iter().find(|kind| kind.name() == rest) {
+            Some(_) if self.n_rows > 0 => self.find(
+                error("`.type` must come before the rows".to_owned())
+                    .at(span, "after the first row")
+                    .help("move it before the rows"),
+            ),
+            Some(kind) => {
+                self.kind = kind;
+                self.places.kind = Some(span);
+            }
+            None => self.find(
+                error(format!("unknown kind of table `{rest}`"))
+                    .at(span, "here")
+                    .help("the kinds are f, fd, fr and fdr"),
+            ),
+        }
     }
 
     fn count(&mut self, word: &str, rest: &str, span: Span) {

@@ -69,6 +69,21 @@ pub(crate) struct Definition {
     pub(crate) terms: u32,
 }
 
+impl Definition {
+    /// A combinational function, as written.
+    pub(crate) fn new(value: ExprId, span: Span, terms: u32) -> Self {
+        Definition {
+            value,
+            sum: value,
+            is_registered: false,
+            is_complemented: false,
+            init: false,
+            span,
+            terms,
+        }
+    }
+}
+
 /// An expression; 16 bytes.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Expr {
@@ -83,6 +98,22 @@ pub(crate) enum Expr {
 }
 
 impl Signal {
+    fn is_input(&self) -> bool {
+        match self.role {
+            Role::Input => true,
+            Role::Pin => self.definition.is_none(),
+            Role::Unknown | Role::Output | Role::Internal | Role::Clock => false,
+        }
+    }
+
+    fn is_output(&self) -> bool {
+        match self.role {
+            Role::Output => true,
+            Role::Pin => self.definition.is_some(),
+            Role::Unknown | Role::Input | Role::Internal | Role::Clock => false,
+        }
+    }
+
     /// True if the signal is the complement of the level at its pin; false for a signal without a pin, which has no such level.
     pub(crate) fn is_at_pin_inverted(&self) -> bool {
         self.is_pin_inverted && self.role != Role::Internal
@@ -610,12 +641,7 @@ impl PldAst {
             }
         }
         for (index, signal) in self.signals.iter().enumerate() {
-            let is_input = match signal.role {
-                Role::Input => true,
-                Role::Pin => signal.definition.is_none(),
-                Role::Unknown | Role::Output | Role::Internal | Role::Clock => false,
-            };
-            if is_input {
+            if signal.is_input() {
                 let pin = PinInput {
                     name: signal.name.clone(),
                     role: PinRole::Unknown,
@@ -657,12 +683,7 @@ impl PldAst {
             }
         }
         for (index, signal) in self.signals.iter().enumerate() {
-            let is_output = match signal.role {
-                Role::Output => true,
-                Role::Pin => signal.definition.is_some(),
-                Role::Unknown | Role::Input | Role::Internal | Role::Clock => false,
-            };
-            if let (true, Some(value)) = (is_output, values[index]) {
+            if let (true, Some(value)) = (signal.is_output(), values[index]) {
                 let value = at_pin(&mut builder, signal, value);
                 builder.logic.outputs.push(PinOutput {
                     name: signal.name.clone(),

@@ -100,10 +100,8 @@ impl<'a> Parser<'a, '_> {
             return self.model(first, words.get(1).copied());
         }
         if self.has_ended {
-            let message = format!(
-                "expected the end of the text after `.end`, found `{}`",
-                first.0.chars().take(30).collect::<String>()
-            );
+            let message =
+                format!("expected the end of the text after `.end`, found `{}`", start_of(first));
             let help = "remove it, or move `.end` after it";
             self.error_with(first, message, help);
             return false;
@@ -150,7 +148,7 @@ impl<'a> Parser<'a, '_> {
                 let span = self.span(first);
                 let message = format!(
                     "`{}` is not supported: a circuit is one flat model of `.names` and `.latch`",
-                    first.0.chars().take(30).collect::<String>()
+                    start_of(first)
                 );
                 let help = "flatten the design first, in yosys: `synth -auto-top -flatten; opt_clean -purge; write_blif FILE.blif`";
                 self.draft.error_with(codes::UNSUPPORTED, span, message, help);
@@ -270,15 +268,8 @@ impl<'a> Parser<'a, '_> {
         let value = self.draft.read(data);
         let id = self.driven(output);
         let span = self.span(output);
-        let definition = Definition {
-            value,
-            sum: value,
-            is_registered: true,
-            is_complemented: false,
-            init,
-            span,
-            terms: 1,
-        };
+        let definition =
+            Definition { is_registered: true, init, ..Definition::new(value, span, 1) };
         self.draft.define(id, definition);
     }
 
@@ -308,10 +299,7 @@ impl<'a> Parser<'a, '_> {
         let Some(mut table) = self.table.take() else {
             self.error_with(
                 words[0],
-                format!(
-                    "expected a directive such as `.names`, found `{}`",
-                    words[0].0.chars().take(30).collect::<String>()
-                ),
+                format!("expected a directive such as `.names`, found `{}`", start_of(words[0])),
                 "write the `.names` of this row before it; a line that continues ends with `\\`",
             );
             return;
@@ -337,10 +325,7 @@ impl<'a> Parser<'a, '_> {
             _ => {
                 self.error_with(
                     value,
-                    format!(
-                        "expected 0 or 1, found `{}`",
-                        value.0.chars().take(30).collect::<String>()
-                    ),
+                    format!("expected 0 or 1, found `{}`", start_of(value)),
                     "write 1 in rows where the output is true, or 0 in rows where it is false",
                 );
                 self.table = Some(table);
@@ -395,15 +380,12 @@ impl<'a> Parser<'a, '_> {
         }
         let span = Span::new(self.draft.file, table.output.1, table.end);
         let terms = u32::try_from(table.products.len()).unwrap_or(u32::MAX);
-        let definition = Definition {
-            value,
-            sum: value,
-            is_registered: false,
-            is_complemented: false,
-            init: false,
-            span,
-            terms,
-        };
+        let definition = Definition::new(value, span, terms);
         self.draft.define(id, definition);
     }
+}
+
+/// The first characters of a word, for a message.
+fn start_of(word: Word<'_>) -> String {
+    word.0.chars().take(30).collect()
 }

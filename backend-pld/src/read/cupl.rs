@@ -4,7 +4,7 @@
 use super::ast::{Definition, Expr, PldAst, Role, SignalId};
 use super::lexer::{Comments, Kind, Lexer};
 use super::number;
-use super::palasm::{clock_of, enable, find_device, finish, one_clock, preset};
+use super::palasm::{clocked, enable, find_device, finish, preset};
 use super::sets::{self, Field, Names};
 use crate::codes;
 use crate::device::{Device, FlipFlop};
@@ -44,6 +44,9 @@ struct Parser<'a, 'd> {
     clock_span: Span,
     names: Names,
 }
+
+/// The signals on the left side of an equation, with their places.
+type Targets = Vec<(SignalId, Span)>;
 
 impl Parser<'_, '_> {
     fn file(&mut self) {
@@ -261,15 +264,7 @@ impl Parser<'_, '_> {
                 self.lexer.skip_line();
                 return Some(());
             }
-            let definition = Definition {
-                value: value[0],
-                sum: value[0],
-                is_registered: false,
-                is_complemented: false,
-                init: false,
-                span: whole,
-                terms: 0,
-            };
+            let definition = Definition::new(value[0], whole, 0);
             self.draft.define(id, definition);
             self.names.defined.insert(id, weakest);
             return Some(());
@@ -492,29 +487,8 @@ impl Parser<'_, '_> {
     fn equation(&mut self, is_append: bool) -> Option<()> {
         let start = self.lexer.token.start;
         let is_complemented = self.lexer.eat("!");
-        let (span, name) = (self.lexer.span(), self.lexer.token);
-        let mut targets: Vec<(SignalId, Span)> = Vec::new();
-        let mut field: Option<Field> = None;
-        if name.is("[") {
-            targets = sets::list(&mut self.lexer, self.draft)?;
-        } else if name.kind != Kind::Word {
-            self.draft.error_with(
-                codes::SYNTAX,
-                span,
-                format!("expected the name of an output, found {}", name.shown()),
-                "an equation is `NAME = .. ;`, or `NAME.D = .. ;` for a register; check the `;` before it",
-            );
-            return None;
-        } else {
-            self.lexer.advance();
-            match self.names.fields.get(name.text) {
-                Some(found) => {
-                    targets.extend(found.signals.iter().map(|signal| (*signal, span)));
-                    field = Some(found.clone());
-                }
-                None => targets.push((self.draft.signal(name.text, span), span)),
-            }
-        }
+        let name = self.lexer.token.text;
+        let (targets, field) = self.targets()?;
         let extension = if self.lexer.eat(".") {
             Some((self.lexer.span(), self.lexer.advance().text.to_ascii_lowercase()))
         } else {
@@ -548,11 +522,11 @@ impl Parser<'_, '_> {
         }
         // The preprocessor would also replace a defined name on the left side by its text.
         let is_defined = targets.iter().any(|(id, _)| self.names.defined.contains_key(id))
-            || self.names.numbers.contains_key(name.text);
+            || self.names.numbers.contains_key(name);
         if is_defined {
             let finding = Diagnostic::error(
                 codes::DEFINED_TWICE,
-                format!("`{}` is defined by `$DEFINE` and cannot be assigned", name.text),
+                format!("`{name}` is defined by `$DEFINE` and cannot be assigned"),
             )
             .at(self.lexer.span_from(start), "assigned here")
             .help("assign the signal itself, or use another name");
@@ -569,19 +543,34 @@ impl Parser<'_, '_> {
         }
         for (at, (id, span)) in targets.into_iter().enumerate() {
             let value = if values.len() == 1 { values[0] } else { values[at] };
-            let definition = Definition {
-                value,
-                sum: value,
-                is_registered: false,
-                is_complemented: false,
-                init: false,
-                span: self.lexer.span_from(start),
-                terms: 0,
-            };
+            let definition = Definition::new(value, self.lexer.span_from(start), 0);
             let extension = extension.as_ref().map(|(span, text)| (*span, text.as_str()));
             self.assign(id, span, is_complemented, is_append, extension, definition);
         }
         Some(())
+    }
+
+    /// Reads the signals on the left: a name, a list in brackets, or the name of a field, which is the second result.
+    fn targets(&mut self) -> Option<(Targets, Option<Field>)> {
+        let (span, name) = (self.lexer.span(), self.lexer.token);
+        if name.is("[") {
+            return Some((sets::list(&mut self.lexer, self.draft)?, None));
+        }
+        if name.kind != Kind::Word {
+            self.draft.error_with(
+                codes::SYNTAX,
+                span,
+                format!("expected the name of an output, found {}", name.shown()),
+                "an equation is `NAME = .. ;`, or `NAME.D = .. ;` for a register; check the `;` before it",
+            );
+            return None;
+        }
+        self.lexer.advance();
+        let Some(field) = self.names.fields.get(name.text) else {
+            return Some((vec![(self.draft.signal(name.text, span), span)], None));
+        };
+        let targets = field.signals.iter().map(|signal| (*signal, span)).collect();
+        Some((targets, Some(field.clone())))
     }
 
     fn assign(
@@ -593,24 +582,22 @@ impl Parser<'_, '_> {
         extension: Option<(Span, &str)>,
         mut definition: Definition,
     ) {
+        let at = extension.map_or(span, |(span, _)| span);
+        let complement_if = |draft: &mut PldAst, is_complement: bool, value| {
+            if is_complement { draft.not(value) } else { value }
+        };
         match extension.map(|(_, text)| text) {
             // A T flip-flop keeps its value unless its sum is true: `APPEND` would need the sum alone.
             Some("t") if !is_append => {
                 if let Some(device) = self.device.filter(|own| !own.has_flip_flop(FlipFlop::T)) {
                     let message = format!("a {} has no T flip-flops", device.name);
-                    let at = extension.as_ref().map_or(span, |(span, _)| *span);
                     self.draft.error(codes::DEVICE_LIMIT, at, message);
                     return;
                 }
-                let sum =
-                    if is_complemented { self.draft.not(definition.sum) } else { definition.sum };
+                let sum = complement_if(self.draft, is_complemented, definition.sum);
                 let own = self.draft.read(id);
                 definition.value = self.draft.expr(Expr::Xor(own, sum));
-                definition.sum = if is_complemented {
-                    self.draft.not(definition.value)
-                } else {
-                    definition.value
-                };
+                definition.sum = complement_if(self.draft, is_complemented, definition.value);
                 definition.is_registered = true;
                 definition.is_complemented = is_complemented;
                 self.draft.check_output(self.device, id, span);
@@ -619,9 +606,7 @@ impl Parser<'_, '_> {
             None | Some("d") => {
                 definition.is_registered = extension.is_some();
                 definition.is_complemented = is_complemented;
-                if is_complemented {
-                    definition.value = self.draft.not(definition.value);
-                }
+                definition.value = complement_if(self.draft, is_complemented, definition.value);
                 let signal = self.draft.at(id);
                 // A name without a pin is an intermediate variable.
                 if signal.role == Role::Unknown {
@@ -630,22 +615,14 @@ impl Parser<'_, '_> {
                 self.draft.check_output(self.device, id, span);
                 match self.draft.at(id).definition {
                     Some(first) if is_append => {
-                        if first.is_complemented != is_complemented
-                            || first.is_registered != definition.is_registered
+                        if (first.is_complemented, first.is_registered)
+                            != (is_complemented, definition.is_registered)
                         {
-                            let name = &self.draft.signals[id as usize].name;
-                            let message = format!(
-                                "`APPEND` to `{name}` has a different form than its first equation"
-                            );
-                            let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
-                                .at(definition.span, "here")
-                                .at(first.span, "the first one")
-                                .help("write the same left side in both, with `!` and `.d` in both or in neither");
-                            self.draft.report(finding);
+                            self.report_other_form(id, first.span, definition.span);
                             return;
                         }
                         let sum = self.draft.list(&[first.sum, definition.sum], false);
-                        let value = if is_complemented { self.draft.not(sum) } else { sum };
+                        let value = complement_if(self.draft, is_complemented, sum);
                         self.draft.at(id).definition = Some(Definition { sum, value, ..first });
                     }
                     Some(_) | None => self.draft.define(id, definition),
@@ -653,16 +630,8 @@ impl Parser<'_, '_> {
             }
             Some("oe") => enable(self.draft, id, definition),
             Some("ck") => {
-                self.draft.clocks.insert(id, definition);
-                if let Some(clock) = clock_of(self.draft, &definition) {
-                    one_clock(
-                        self.draft,
-                        &mut self.clock,
-                        &mut self.clock_span,
-                        clock,
-                        definition.span,
-                    );
-                }
+                let known = (&mut self.clock, &mut self.clock_span);
+                clocked(self.draft, known, Some(id), definition);
             }
             Some("ar") => preset(self.draft, Some(id), false, definition),
             Some("sp") => {
@@ -673,11 +642,21 @@ impl Parser<'_, '_> {
             }
             Some(other) => {
                 let message = format!("unsupported extension `.{other}`");
-                let at = extension.as_ref().map_or(span, |(span, _)| *span);
                 let help = "write .d or .t (register), .ck (clock), .ar (reset), .sp (preset) or .oe (output enable)";
                 self.draft.error_with(codes::UNSUPPORTED, at, message, help);
             }
         }
+    }
+
+    /// Reports an `APPEND` to an equation with another left side.
+    fn report_other_form(&mut self, id: SignalId, first: Span, span: Span) {
+        let name = &self.draft.signals[id as usize].name;
+        let message = format!("`APPEND` to `{name}` has a different form than its first equation");
+        let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
+            .at(span, "here")
+            .at(first, "the first one")
+            .help("write the same left side in both, with `!` and `.d` in both or in neither");
+        self.draft.report(finding);
     }
 
     fn semicolon(&mut self) -> Option<()> {

@@ -1,10 +1,10 @@
 //! `GALasm` and galette: device, signature, two rows of pins, equations up to `DESCRIPTION`.
 
 use super::advice;
-use super::ast::{Definition, PldAst, Role, SignalId};
+use super::ast::{Definition, PldAst, Role, Signal, SignalId};
 use super::equation::{Grammar, sum, supply};
 use super::lexer::{Comments, Kind, Lexer};
-use super::palasm::{clock_of, enable, finish, one_clock, preset};
+use super::palasm::{clocked, enable, finish, preset};
 use crate::codes;
 use crate::device::{Clock, DEVICES, Device, PowerUp};
 use grafsynth_ir::diag::{Diagnostic, nearest};
@@ -47,6 +47,31 @@ enum Control {
     Clock,
     Reset,
     Preset,
+}
+
+/// The modes of a device. All macrocells of a 16V8 or 20V8 are in one of three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    /// The only mode of other devices.
+    Only,
+    /// Some pins are registered.
+    Registered,
+    /// Some pins are read back or tri-stated: one term of each pin is its enable.
+    Complex,
+    /// All pins are plain outputs or inputs.
+    Simple,
+}
+
+/// A breach of the device's limits: where, what, and what to do.
+type Problem = (Span, String, String);
+
+/// The left side of an equation.
+struct Left<'a> {
+    start: usize,
+    is_complemented: bool,
+    name: &'a str,
+    span: Span,
+    extension: Option<(Span, &'a str)>,
 }
 
 struct Parser<'a, 'd> {
@@ -103,10 +128,11 @@ impl<'a> Parser<'a, '_> {
             };
             let known: Vec<String> =
                 DEVICES.iter().map(|device| device.name.to_ascii_uppercase()).collect();
-            finding = match nearest(name, known.iter().map(String::as_str)) {
-                Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-                None => finding.help(format!("known devices: {}", known.join(", "))),
-            };
+            finding = finding.near(
+                span,
+                nearest(name, known.iter().map(String::as_str)),
+                format!("known devices: {}", known.join(", ")),
+            );
             self.draft.report(finding);
             return None;
         };
@@ -246,48 +272,9 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
+    /// Reads `NAME.R = a * b`; `None` if the text is not an equation.
     fn equation(&mut self) -> Option<()> {
-        let start = self.lexer.token.start;
-        let is_complemented = self.lexer.eat("/");
-        let (span, name) = (self.lexer.span(), self.lexer.token);
-        if name.kind != Kind::Word {
-            self.draft.error_with(
-                codes::SYNTAX,
-                span,
-                format!("expected the name of an output, found {}", name.shown()),
-                "an equation is `NAME = ..`, or `NAME.R = ..` for a register; write `DESCRIPTION` before a text",
-            );
-            return None;
-        }
-        self.lexer.advance();
-        let extension = if self.lexer.token.is(".") && !self.lexer.token.is_first {
-            self.lexer.advance();
-            Some((self.lexer.span(), self.lexer.advance().text))
-        } else {
-            None
-        };
-        if self.lexer.token.is_first || !self.lexer.eat("=") {
-            let sign = self.lexer.span();
-            if self.lexer.token.is(":=") {
-                let whole = Span::new(sign.file, span.end as usize, sign.end as usize);
-                let finding = Diagnostic::error(codes::SYNTAX, "GALasm has no operator `:=`")
-                    .plural(
-                        format!("`{}`", name.text),
-                        "GALasm has no operator `:=`, which the equations of",
-                        "contain",
-                    )
-                    .at(sign, "expected `=`")
-                    .help(format!("write `{}.R =` for a register", name.text))
-                    .fix(whole, ".R =");
-                self.draft.report(finding);
-            } else {
-                let found = self.lexer.token.shown();
-                let message = format!("expected `=` after `{}`, found {found}", name.text);
-                let help = "an equation is `NAME = ..`, or `NAME.R = ..` for a register; write `DESCRIPTION` before a text";
-                self.draft.error_with(codes::SYNTAX, sign, message, help);
-            }
-            return None;
-        }
+        let left = self.left()?;
         let read = sum(&mut self.lexer, self.draft, &GRAMMAR)?;
         if !self.lexer.token.is_first {
             let message = format!(
@@ -298,29 +285,67 @@ impl<'a> Parser<'a, '_> {
             self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
-        let whole = self.lexer.span_from(start);
-        let mut definition = Definition {
-            value: read.value,
-            sum: read.value,
-            is_registered: false,
-            is_complemented: false,
-            init: false,
-            span: whole,
-            terms: read.terms,
+        let whole = self.lexer.span_from(left.start);
+        self.assign(&left, Definition::new(read.value, whole, read.terms));
+        Some(())
+    }
+
+    /// Reads the left side of an equation, and the sign after it.
+    fn left(&mut self) -> Option<Left<'a>> {
+        let start = self.lexer.token.start;
+        let is_complemented = self.lexer.eat("/");
+        let (span, name) = (self.lexer.span(), self.lexer.token);
+        let form = "an equation is `NAME = ..`, or `NAME.R = ..` for a register; write `DESCRIPTION` before a text";
+        if name.kind != Kind::Word {
+            let message = format!("expected the name of an output, found {}", name.shown());
+            self.draft.error_with(codes::SYNTAX, span, message, form);
+            return None;
+        }
+        self.lexer.advance();
+        let extension = if self.lexer.token.is(".") && !self.lexer.token.is_first {
+            self.lexer.advance();
+            Some((self.lexer.span(), self.lexer.advance().text))
+        } else {
+            None
         };
-        let is_global = self.device.has_global_reset && (name.text == "AR" || name.text == "SP");
-        let control = match extension {
-            _ if is_global => {
-                if let Some((span, extension)) = extension {
-                    self.draft.error_with(
-                        codes::SYNTAX,
-                        span,
-                        format!("extension `.{extension}` is not allowed on `{}`", name.text),
-                        format!("write `{} = ..`", name.text),
-                    );
-                }
-                None
+        if !self.lexer.token.is_first && self.lexer.eat("=") {
+            return Some(Left { start, is_complemented, span, name: name.text, extension });
+        }
+        let sign = self.lexer.span();
+        if self.lexer.token.is(":=") {
+            let whole = Span::new(sign.file, span.end as usize, sign.end as usize);
+            let finding = Diagnostic::error(codes::SYNTAX, "GALasm has no operator `:=`")
+                .plural(
+                    format!("`{}`", name.text),
+                    "GALasm has no operator `:=`, which the equations of",
+                    "contain",
+                )
+                .at(sign, "expected `=`")
+                .help(format!("write `{}.R =` for a register", name.text))
+                .fix(whole, ".R =");
+            self.draft.report(finding);
+        } else {
+            let found = self.lexer.token.shown();
+            let message = format!("expected `=` after `{}`, found {found}", name.text);
+            self.draft.error_with(codes::SYNTAX, sign, message, form);
+        }
+        None
+    }
+
+    /// Defines what the left side names: a signal, a control of a signal, or the common reset or preset.
+    fn assign(&mut self, left: &Left<'a>, mut definition: Definition) {
+        let Left { name, span, extension, is_complemented, .. } = *left;
+        if self.device.has_global_reset && (name == "AR" || name == "SP") {
+            if let Some((span, extension)) = extension {
+                let message = format!("extension `.{extension}` is not allowed on `{name}`");
+                let help = format!("write `{name} = ..`");
+                self.draft.error_with(codes::SYNTAX, span, message, help);
             }
+            self.check_control_form(name, is_complemented, &definition);
+            preset(self.draft, None, name == "SP", definition);
+            return;
+        }
+        let control = match extension {
             None | Some((_, "R" | "T")) => None,
             Some((_, "E")) => Some(Control::Enable),
             Some((_, "CLK")) => Some(Control::Clock),
@@ -328,58 +353,45 @@ impl<'a> Parser<'a, '_> {
             Some((_, "APRST")) => Some(Control::Preset),
             Some((span, other)) => {
                 let shown: String = other.chars().take(30).collect();
-                let finding =
-                    Diagnostic::error(codes::SYNTAX, format!("unknown extension `.{shown}`"));
-                self.draft.report(
-                    finding
-                        .at(span, "")
-                        .help("use .R, .T or .E, and on a gal20ra10 also .CLK, .ARST or .APRST"),
-                );
-                return Some(());
+                let message = format!("unknown extension `.{shown}`");
+                let help = "use .R, .T or .E, and on a gal20ra10 also .CLK, .ARST or .APRST";
+                self.draft.error_with(codes::SYNTAX, span, message, help);
+                return;
             }
         };
-        if is_global || control.is_some() {
-            self.check_control_form(name.text, is_complemented, &definition);
+        if control.is_some() {
+            self.check_control_form(name, is_complemented, &definition);
         }
-        if is_global {
-            let to = name.text == "SP";
-            preset(self.draft, None, to, definition);
-            return Some(());
+        if ["NC", "VCC", "GND"].contains(&name) {
+            let message = format!("`{name}` cannot be assigned");
+            let help = "assign an output by the name in the list of pins";
+            self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
+            return;
         }
-        if ["NC", "VCC", "GND"].contains(&name.text) {
-            self.draft.error_with(
-                codes::DEVICE_LIMIT,
-                span,
-                format!("`{}` cannot be assigned", name.text),
-                "assign an output by the name in the list of pins",
-            );
-            return Some(());
-        }
-        let id = self.draft.signal(name.text, span);
+        let id = self.draft.signal(name, span);
         let pin = self.draft.at(id).pin;
         if let Some(pin) = pin.filter(|pin| self.device.macrocell(*pin).is_none()) {
-            let message = format!(
-                "`{}` is on pin {pin} of a {}, which is not an output",
-                name.text, self.device.name
-            );
+            let device = self.device.name;
+            let message = format!("`{name}` is on pin {pin} of a {device}, which is not an output");
             let help =
                 format!("assign it to an output, one of the pins {}", advice::outputs(self.device));
             self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
         }
         if let Some(control) = control {
+            let mut known = self.controls.iter();
             if let Some((_, _, first)) =
-                self.controls.iter().find(|(other, kind, _)| *other == id && *kind == control)
+                known.find(|(other, kind, _)| *other == id && *kind == control)
             {
-                let message = format!("`{}` has this control twice", name.text);
+                let message = format!("`{name}` has this control twice");
                 let finding = Diagnostic::error(codes::DEFINED_TWICE, message)
-                    .at(whole, "here")
+                    .at(definition.span, "here")
                     .at(first.span, "and here")
                     .help("remove one of them, or write one equation with one product for both");
                 self.draft.report(finding);
             } else {
                 self.controls.push((id, control, definition));
             }
-            return Some(());
+            return;
         }
         definition.is_registered = matches!(extension, Some((_, "R")));
         definition.is_complemented = is_complemented;
@@ -390,7 +402,6 @@ impl<'a> Parser<'a, '_> {
             self.draft.tristate.insert(id);
         }
         self.draft.define(id, definition);
-        Some(())
     }
 
     /// Reports names that are not signals but are read.
@@ -439,85 +450,33 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// Checks that controls belong to functions of the right kind on the right device.
+    /// Adds the controls to their functions, unless they do not belong there.
     fn check_controls(&mut self) {
-        let device = self.device;
         for (id, control, definition) in std::mem::take(&mut self.controls) {
-            let signal = &self.draft.signals[id as usize];
-            let name = signal.name.clone();
-            let has_clocks = device.clock == Clock::Term;
-            let wrong = match (control, signal.definition) {
-                (Control::Clock | Control::Reset | Control::Preset, _) if !has_clocks => {
-                    let all = if device.has_global_reset {
-                        "; `AR` resets all registers, and `SP` presets them"
-                    } else {
-                        ""
-                    };
-                    Some((
-                        format!(
-                            "a {} has no clock, reset or preset for a single register",
-                            device.name
-                        ),
-                        format!("remove this equation{all}"),
-                    ))
-                }
-                (_, None) => Some((
-                    format!("`{name}` has a control but no equation"),
-                    format!("write its equation, `{name} = ..`, or remove the control"),
-                )),
-                (Control::Clock | Control::Reset | Control::Preset, Some(function))
-                    if !function.is_registered =>
-                {
-                    Some((
-                        format!("`{name}` is not registered, so this control has no effect"),
-                        format!("write its equation as `{name}.R = ..`, or remove the control"),
-                    ))
-                }
-                (Control::Enable, Some(function))
-                    if function.is_registered && device.power_up == PowerUp::PinsHigh =>
-                {
-                    let pins = advice::pin_list(device.control_pins.iter().copied());
-                    Some((
-                        format!(
-                            "all registered pins of a {} are enabled by one pin, not by a product term",
-                            device.name
-                        ),
-                        format!("remove this equation; pin {pins} enables them while it is low"),
-                    ))
-                }
-                (Control::Enable, Some(function))
-                    if !function.is_registered && !self.draft.tristate.contains(&id) =>
-                {
-                    let message = format!("`{name}` has an output enable, but is not tri-state");
-                    let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
-                        .at(function.span, "")
-                        .at(definition.span, "its output enable")
-                        .help(format!("write its equation as `{name}.T = ..`"));
-                    self.draft.report(finding);
-                    continue;
-                }
-                (Control::Enable | Control::Clock | Control::Reset | Control::Preset, Some(_)) => {
-                    None
-                }
-            };
-            if let Some((message, help)) = wrong {
+            if let Some((message, help)) = self.wrong_control(id, control) {
                 self.draft.error_with(codes::DEVICE_LIMIT, definition.span, message, help);
+                continue;
+            }
+            let function = self.draft.signals[id as usize].definition;
+            if let (Control::Enable, Some(function)) = (control, function)
+                && !function.is_registered
+                && !self.draft.tristate.contains(&id)
+            {
+                let name = &self.draft.signals[id as usize].name;
+                let message = format!("`{name}` has an output enable, but is not tri-state");
+                let finding = Diagnostic::error(codes::DEVICE_LIMIT, message)
+                    .at(function.span, "")
+                    .at(definition.span, "its output enable")
+                    .help(format!("write its equation as `{name}.T = ..`"));
+                self.draft.report(finding);
                 continue;
             }
             match control {
                 Control::Enable => enable(self.draft, id, definition),
                 Control::Clock => {
                     self.clocked.push(id);
-                    self.draft.clocks.insert(id, definition);
-                    if let Some(clock) = clock_of(self.draft, &definition) {
-                        one_clock(
-                            self.draft,
-                            &mut self.clock,
-                            &mut self.clock_span,
-                            clock,
-                            definition.span,
-                        );
-                    }
+                    let known = (&mut self.clock, &mut self.clock_span);
+                    clocked(self.draft, known, Some(id), definition);
                 }
                 Control::Reset => preset(self.draft, Some(id), false, definition),
                 Control::Preset => preset(self.draft, Some(id), true, definition),
@@ -525,110 +484,159 @@ impl<'a> Parser<'a, '_> {
         }
     }
 
-    /// Checks the restrictions of the device's structure.
-    fn check_mode(&mut self) {
-        let device = self.device;
-        let mut found: Vec<(Span, String, String)> = Vec::new();
-        let signals = &self.draft.signals;
-        let is_free = |pin: &u32| signals.iter().all(|signal| signal.pin != Some(*pin));
-        let move_it = |name: &str| {
-            let free = advice::pin_list(device.inputs.iter().copied().filter(is_free));
-            if free.is_empty() {
-                format!("move `{name}` to another pin")
-            } else {
-                format!("move `{name}` to another pin; free inputs: {free}")
-            }
+    /// Why a signal cannot have a control on this device, and what to do.
+    fn wrong_control(&self, id: SignalId, control: Control) -> Option<(String, String)> {
+        let Device { name: device, control_pins, .. } = self.device;
+        let name = &self.draft.signals[id as usize].name;
+        if control != Control::Enable && self.device.clock != Clock::Term {
+            let common = "; `AR` resets all registers, and `SP` presets them";
+            let common = if self.device.has_global_reset { common } else { "" };
+            return Some((
+                format!("a {device} has no clock, reset or preset for a single register"),
+                format!("remove this equation{common}"),
+            ));
+        }
+        let Some(function) = self.draft.signals[id as usize].definition else {
+            return Some((
+                format!("`{name}` has a control but no equation"),
+                format!("write its equation, `{name} = ..`, or remove the control"),
+            ));
         };
-        let registered = |signal: &&super::ast::Signal| {
-            signal.definition.is_some_and(|definition| definition.is_registered)
-        };
-        let has_registers = signals.iter().any(|signal| registered(&signal));
-        let is_v8 = device.power_up == PowerUp::PinsHigh;
-        for (index, signal) in signals.iter().enumerate() {
-            let Some(pin) = signal.pin else { continue };
-            let has_clock =
-                device.clock != Clock::Term || self.clocked.iter().any(|id| *id as usize == index);
-            if let Some(function) =
-                signal.definition.filter(|function| function.is_registered && !has_clock)
-            {
-                let name = &signal.name;
-                let message = format!(
-                    "`{name}` is registered but has no clock: the registers of a {} have no common one",
-                    device.name
-                );
-                found.push((function.span, message, format!("add `{name}.CLK = ..`")));
+        match control {
+            Control::Enable => {
+                let is_common = function.is_registered && self.device.power_up == PowerUp::PinsHigh;
+                let pins = advice::pin_list(control_pins.iter().copied());
+                is_common.then(|| (
+                    format!("all registered pins of a {device} are enabled by one pin, not by a product term"),
+                    format!("remove this equation; pin {pins} enables them while it is low"),
+                ))
             }
-            let is_control = device.control_pins.contains(&pin);
-            let is_clock_pin = device.clock == Clock::Pin(pin);
-            if signal.n_reads > 0 && is_v8 && has_registers && (is_control || is_clock_pin) {
-                found.push((signal.read_at.unwrap_or(signal.span), format!("pin {pin} of a {} with registers is the clock or enable, not an input: `{}`", device.name, signal.name), move_it(&signal.name)));
-            } else if signal.n_reads > 0 && is_control && !device.free_when_combinational {
-                found.push((
-                    signal.read_at.unwrap_or(signal.span),
-                    format!(
-                        "pin {pin} of a {} controls all outputs and is not an input: `{}`",
-                        device.name, signal.name
-                    ),
-                    move_it(&signal.name),
-                ));
+            Control::Clock | Control::Reset | Control::Preset => {
+                (!function.is_registered).then(|| {
+                    (
+                        format!("`{name}` is not registered, so this control has no effect"),
+                        format!("write its equation as `{name}.R = ..`, or remove the control"),
+                    )
+                })
             }
         }
-        // Without registers a 16V8 or 20V8 is in its simple mode, unless a pin is read back or tri-stated; then one term of each pin is its enable.
-        let is_complex = is_v8
-            && !has_registers
-            && (0..SignalId::MAX).zip(signals).any(|(id, signal)| {
-                let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else {
-                    return false;
-                };
-                let is_switched = self.draft.tristate.contains(&id);
-                let middle = device.macrocells.len() / 2;
-                let is_middle = device.macrocells[middle - 1].pin == cell.pin
-                    || device.macrocells[middle].pin == cell.pin;
-                is_switched || signal.n_reads > 0 && (signal.definition.is_some() || is_middle)
-            });
-        for signal in signals {
-            let Some(pin) = signal.pin else { continue };
-            if is_complex && signal.n_reads > 0 && device.deaf_pins.contains(&pin) {
-                found.push((
-                    signal.read_at.unwrap_or(signal.span),
-                    format!(
-                        "pin {pin} of a {} cannot be read back when another pin is: `{}`",
-                        device.name, signal.name
-                    ),
-                    format!(
-                        "move `{}` to another pin, not {}",
-                        signal.name,
-                        advice::pin_list(device.deaf_pins.iter().copied())
-                    ),
-                ));
-            }
-            if let (Some(function), Some(cell)) = (signal.definition, device.macrocell(pin)) {
-                let is_simple = is_v8 && !has_registers && !is_complex;
-                let limit = if function.is_registered || is_simple {
-                    cell.registered_terms
-                } else {
-                    cell.combinational_terms
-                };
-                if function.terms > limit {
-                    found.push((
-                        function.span,
-                        format!(
-                            "`{}` has {} product terms, but the macrocell of pin {pin} has {limit}",
-                            signal.name, function.terms
-                        ),
-                        more_terms(
-                            device,
-                            &signal.name,
-                            function.terms,
-                            function.is_registered || is_simple,
-                        ),
-                    ));
-                }
-            }
+    }
+
+    /// Checks the restrictions of the device's structure.
+    fn check_mode(&mut self) {
+        let mode = self.mode();
+        let signals = &self.draft.signals;
+        let placed = || {
+            let ids = (0..SignalId::MAX).zip(signals);
+            ids.filter_map(|(id, signal)| Some((id, signal, signal.pin?)))
+        };
+        let mut found: Vec<Problem> = Vec::new();
+        for (id, signal, pin) in placed() {
+            found.extend(self.without_clock(id, signal));
+            found.extend(self.control_pin(signal, pin, mode));
+        }
+        for (_, signal, pin) in placed() {
+            found.extend(self.deaf_pin(signal, pin, mode));
+            found.extend(self.too_wide(signal, pin, mode));
         }
         for (span, message, help) in found {
             self.draft.error_with(codes::DEVICE_LIMIT, span, message, help);
         }
+    }
+
+    /// The mode in which the design uses the device.
+    fn mode(&self) -> Mode {
+        let device = self.device;
+        let signals = &self.draft.signals;
+        if device.power_up != PowerUp::PinsHigh {
+            return Mode::Only;
+        }
+        if signals.iter().any(|it| it.definition.is_some_and(|it| it.is_registered)) {
+            return Mode::Registered;
+        }
+        let middle = device.macrocells.len() / 2;
+        let is_complex = (0..SignalId::MAX).zip(signals).any(|(id, signal)| {
+            let Some(cell) = signal.pin.and_then(|pin| device.macrocell(pin)) else {
+                return false;
+            };
+            let is_switched = self.draft.tristate.contains(&id);
+            let is_middle =
+                device.macrocells[middle - 1..=middle].iter().any(|it| it.pin == cell.pin);
+            is_switched || signal.n_reads > 0 && (signal.definition.is_some() || is_middle)
+        });
+        if is_complex { Mode::Complex } else { Mode::Simple }
+    }
+
+    /// A register without a clock, on a device with a clock for each register.
+    fn without_clock(&self, id: SignalId, signal: &Signal) -> Option<Problem> {
+        let function = signal.definition.filter(|function| function.is_registered)?;
+        if self.device.clock != Clock::Term || self.clocked.contains(&id) {
+            return None;
+        }
+        let (name, device) = (&signal.name, self.device.name);
+        let message = format!(
+            "`{name}` is registered but has no clock: the registers of a {device} have no common one"
+        );
+        Some((function.span, message, format!("add `{name}.CLK = ..`")))
+    }
+
+    /// A pin that is read but controls the registers or the outputs.
+    fn control_pin(&self, signal: &Signal, pin: u32, mode: Mode) -> Option<Problem> {
+        let (name, device) = (&signal.name, self.device);
+        let is_control = device.control_pins.contains(&pin);
+        let is_clock = device.clock == Clock::Pin(pin);
+        let role = if mode == Mode::Registered && (is_control || is_clock) {
+            format!("of a {} with registers is the clock or enable, not an input", device.name)
+        } else if is_control && !device.free_when_combinational {
+            format!("of a {} controls all outputs and is not an input", device.name)
+        } else {
+            return None;
+        };
+        let is_free = |pin: &u32| self.draft.signals.iter().all(|it| it.pin != Some(*pin));
+        let free = advice::pin_list(device.inputs.iter().copied().filter(is_free));
+        let free = if free.is_empty() { String::new() } else { format!("; free inputs: {free}") };
+        (signal.n_reads > 0).then(|| {
+            (
+                signal.read_at.unwrap_or(signal.span),
+                format!("pin {pin} {role}: `{name}`"),
+                format!("move `{name}` to another pin{free}"),
+            )
+        })
+    }
+
+    /// A pin that is read but has no feedback in the complex mode.
+    fn deaf_pin(&self, signal: &Signal, pin: u32, mode: Mode) -> Option<Problem> {
+        let (name, device) = (&signal.name, self.device);
+        let is_deaf = mode == Mode::Complex && device.deaf_pins.contains(&pin);
+        let deaf = advice::pin_list(device.deaf_pins.iter().copied());
+        (is_deaf && signal.n_reads > 0).then(|| {
+            (
+                signal.read_at.unwrap_or(signal.span),
+                format!(
+                    "pin {pin} of a {} cannot be read back when another pin is: `{name}`",
+                    device.name
+                ),
+                format!("move `{name}` to another pin, not {deaf}"),
+            )
+        })
+    }
+
+    /// A function with more product terms than its macrocell.
+    fn too_wide(&self, signal: &Signal, pin: u32, mode: Mode) -> Option<Problem> {
+        let (function, cell) = (signal.definition?, self.device.macrocell(pin)?);
+        let (name, terms) = (&signal.name, function.terms);
+        // All terms are for the function, because none is for an enable.
+        let is_whole = function.is_registered || mode == Mode::Simple;
+        let limit = if is_whole { cell.registered_terms } else { cell.combinational_terms };
+        (terms > limit).then(|| {
+            (
+                function.span,
+                format!(
+                    "`{name}` has {terms} product terms, but the macrocell of pin {pin} has {limit}"
+                ),
+                more_terms(self.device, name, terms, is_whole),
+            )
+        })
     }
 }
 

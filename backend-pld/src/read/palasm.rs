@@ -599,15 +599,7 @@ impl<'a> Parser<'a, '_> {
             self.draft.error_with(codes::SYNTAX, self.lexer.span(), message, help);
             return None;
         }
-        Some(Some(Definition {
-            value: read.value,
-            sum: read.value,
-            is_registered: false,
-            is_complemented: false,
-            init: false,
-            span: self.lexer.span_from(start),
-            terms: read.terms,
-        }))
+        Some(Some(Definition::new(read.value, self.lexer.span_from(start), read.terms)))
     }
 
     fn end_of_statement(&mut self) -> Option<()> {
@@ -643,15 +635,7 @@ impl<'a> Parser<'a, '_> {
         } else {
             Some(self.draft.signal(name, span))
         };
-        let definition = Definition {
-            value: read.value,
-            sum: read.value,
-            is_registered: false,
-            is_complemented: false,
-            init: false,
-            span: whole,
-            terms: read.terms,
-        };
+        let definition = Definition::new(read.value, whole, read.terms);
         match (suffix.text.to_ascii_lowercase().as_str(), of) {
             ("cmbf", Some(_)) => {
                 let message =
@@ -661,13 +645,7 @@ impl<'a> Parser<'a, '_> {
             }
             ("trst", Some(id)) => enable(self.draft, id, definition),
             ("clkf", of) => {
-                if let Some(id) = of {
-                    self.draft.clocks.insert(id, definition);
-                }
-                let clock = clock_of(self.draft, &definition);
-                if let Some(clock) = clock {
-                    one_clock(self.draft, &mut self.clock, &mut self.clock_span, clock, whole);
-                }
+                clocked(self.draft, (&mut self.clock, &mut self.clock_span), of, definition);
             }
             ("setf", of) => preset(self.draft, of, true, definition),
             ("rstf", of) => preset(self.draft, of, false, definition),
@@ -720,13 +698,17 @@ pub(crate) fn clock_of(draft: &mut PldAst, definition: &Definition) -> Option<Si
 }
 
 /// Checks that all registers have one clock.
-pub(crate) fn one_clock(
+pub(crate) fn clocked(
     draft: &mut PldAst,
-    known: &mut Option<SignalId>,
-    known_span: &mut Span,
-    clock: SignalId,
-    span: Span,
+    (known, known_span): (&mut Option<SignalId>, &mut Span),
+    of: Option<SignalId>,
+    definition: Definition,
 ) {
+    if let Some(id) = of {
+        draft.clocks.insert(id, definition);
+    }
+    let Some(clock) = clock_of(draft, &definition) else { return };
+    let span = definition.span;
     match *known {
         None => {
             *known = Some(clock);

@@ -309,15 +309,7 @@ impl<'a> Parser<'a, '_> {
     }
 
     fn define(&mut self, id: SignalId, value: ExprId, is_registered: bool, span: Span) {
-        let definition = Definition {
-            value,
-            sum: value,
-            is_registered,
-            is_complemented: false,
-            init: false,
-            span,
-            terms: 0,
-        };
+        let definition = Definition { is_registered, ..Definition::new(value, span, 0) };
         self.draft.define(id, definition);
     }
 

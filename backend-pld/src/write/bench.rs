@@ -8,118 +8,135 @@
 use crate::netlist::Netlist;
 use crate::vectors::Vectors;
 use grafsynth_ir::logic::Logic;
-use std::fmt::Write;
+use itertools::Itertools as _;
 
 pub(crate) fn write(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> String {
     let title = &netlist.title;
-    let inputs: Vec<&str> = netlist.inputs.values().map(String::as_str).collect();
-    let outputs: Vec<&str> = netlist.outputs.values().map(String::as_str).collect();
-    let flops: Vec<String> = netlist.flops.values().map(|name| format!("dut.{name}")).collect();
-    // A vector has at least one bit, even without inputs.
-    let (n_in, n_out, n_flop) = (inputs.len().max(1), outputs.len().max(1), flops.len().max(1));
-    let mut text = String::new();
-    let mut line = |line: String| {
-        text.push_str(&line);
-        text.push('\n');
-    };
-    line(format!(
-        "// Test bench of {title}: {} rows; row 0 is the state after power-up.",
+    let (n_in, n_out, n_flop) = widths(netlist);
+    let mut text = format!(
+        "// Test bench of {title}: {} rows; row 0 is the state after power-up.\n`timescale 1ns / 1ps\nmodule {title}_tb;\n",
         vectors.rows.len()
-    ));
-    line("`timescale 1ns / 1ps".to_owned());
-    line(format!("module {title}_tb;"));
-    line("    reg tb_clock = 1'b0;".to_owned());
-    line(format!("    reg [0:{}] tb_in = 0;", n_in - 1));
-    line(format!("    wire [0:{}] tb_out;", n_out - 1));
-    line(format!("    wire [0:{}] tb_flops;", n_flop - 1));
-    line(format!("    reg [0:{}] tb_seen;", n_out - 1));
-    line("    integer tb_row = 0;".to_owned());
-    line("    integer tb_errors = 0;".to_owned());
-    if vectors.busy.is_some() {
-        line("    integer tb_clocks = 0;".to_owned());
-    }
-    line("    reg tb_trace;".to_owned());
-    let mut ports: Vec<String> = Vec::new();
-    ports.extend(netlist.clock.iter().map(|name| format!(".{name}(tb_clock)")));
-    ports.extend(netlist.reset.iter().map(|reset| format!(".{}(1'b0)", reset.name)));
-    ports.extend(inputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_in[{index}])")));
-    ports.extend(
-        outputs.iter().enumerate().map(|(index, name)| format!(".{name}(tb_out[{index}])")),
     );
-    line(format!("    {title} dut (\n        {}\n    );", ports.join(",\n        ")));
-    if outputs.is_empty() {
-        line("    assign tb_out = 1'b0;".to_owned());
-    }
-    if flops.is_empty() {
-        line("    assign tb_flops = 1'b0;".to_owned());
-    } else {
-        line(format!("    assign tb_flops = {{{}}};", flops.join(", ")));
-    }
-    let mealy: String = bits(logic.outputs.values().map(|output| output.mealy), n_out);
-    line(String::new());
-    line("    task row;".to_owned());
-    line(format!("        input [0:{}] in;", n_in - 1));
-    line(format!("        input [0:{}] want;", n_out - 1));
-    line(format!("        input [0:{}] known;", n_out - 1));
-    line(format!("        input [0:{}] held;", n_flop - 1));
-    line(format!("        input [0:{}] known_held;", n_flop - 1));
-    line("        begin".to_owned());
-    line("            tb_in = in;".to_owned());
-    line("            #5 tb_seen = tb_out;".to_owned());
-    if netlist.clock.is_some() {
-        line("            if (tb_row > 0) tb_clock = 1'b1;".to_owned());
-    }
-    if let Some(busy) = vectors.busy {
-        let pulses = bits(vectors.pulses.iter().copied(), n_in);
-        let most = vectors.most_clocks.min(u64::from(u32::MAX >> 1));
-        line("            #1 tb_clocks = 1;".to_owned());
-        line(format!("            if (tb_out[{busy}] === 1'b1) tb_in = in & ~{n_in}'b{pulses};"));
-        line(format!("            while (tb_out[{busy}] === 1'b1 && tb_clocks < {most}) begin"));
-        line("                #4 tb_clock = 1'b0;".to_owned());
-        line("                #5 tb_clock = 1'b1;".to_owned());
-        line("                #1 tb_clocks = tb_clocks + 1;".to_owned());
-        line("            end".to_owned());
-    }
-    line(format!(
-        "            #1 tb_seen = (tb_seen & {n_out}'b{mealy}) | (tb_out & ~{n_out}'b{mealy});"
-    ));
-    line("            if (((tb_seen ^ want) & known) !== 0 || ((tb_flops ^ held) & known_held) !== 0) begin".to_owned());
-    line("                tb_errors = tb_errors + 1;".to_owned());
-    line("                $display(\"row %0d: in %b gives out %b state %b, expected out %b state %b\",".to_owned());
-    let shown = if vectors.busy.is_some() { "in" } else { "tb_in" };
-    line(format!("                         tb_row, {shown}, tb_seen, tb_flops, want, held);"));
-    line("            end".to_owned());
-    line("            if (tb_trace) $display(\"row %b %b\", tb_seen, tb_flops);".to_owned());
-    line("            #4 tb_clock = 1'b0;".to_owned());
-    line("            tb_row = tb_row + 1;".to_owned());
-    line("        end".to_owned());
-    line("    endtask".to_owned());
-    line(String::new());
-    line("    initial begin".to_owned());
-    line("        tb_trace = $test$plusargs(\"trace\");".to_owned());
+    text += &declarations(netlist, vectors);
+    text += &task(logic, netlist, vectors);
+    text += "
+    initial begin
+        tb_trace = $test$plusargs(\"trace\");
+";
     for row in &vectors.rows {
         let held = |index: usize| row.flops.get(index).copied().flatten();
-        let mut call = String::from("        row(");
+        let n_held = netlist.flops.len();
         let fields = [
             (n_in, bits(row.inputs.iter().copied(), n_in)),
             (n_out, bits(row.outputs.iter().map(|value| value.unwrap_or(false)), n_out)),
             (n_out, bits(row.outputs.iter().map(Option::is_some), n_out)),
-            (n_flop, bits((0..flops.len()).map(|index| held(index).unwrap_or(false)), n_flop)),
-            (n_flop, bits((0..flops.len()).map(|index| held(index).is_some()), n_flop)),
+            (n_flop, bits((0..n_held).map(|index| held(index).unwrap_or(false)), n_flop)),
+            (n_flop, bits((0..n_held).map(|index| held(index).is_some()), n_flop)),
         ];
-        for (index, (width, digits)) in fields.iter().enumerate() {
-            let comma = if index == 0 { "" } else { ", " };
-            // Writing to a string cannot fail.
-            let _ = write!(call, "{comma}{width}'b{digits}");
-        }
-        call.push_str(");");
-        line(call);
+        let fields = fields.iter().map(|(width, digits)| format!("{width}'b{digits}")).join(", ");
+        text += &format!("        row({fields});\n");
     }
-    line("        if (tb_errors == 0) $display(\"PASS %0d rows\", tb_row);".to_owned());
-    line("        else $display(\"FAIL %0d of %0d rows\", tb_errors, tb_row);".to_owned());
-    line("        $finish;".to_owned());
-    line("    end".to_owned());
-    line("endmodule".to_owned());
+    text += "        if (tb_errors == 0) $display(\"PASS %0d rows\", tb_row);
+        else $display(\"FAIL %0d of %0d rows\", tb_errors, tb_row);
+        $finish;
+    end
+endmodule
+";
+    text
+}
+
+/// The widths of the vectors of inputs, outputs and flip-flops: a vector has at least one bit, even without inputs.
+fn widths(netlist: &Netlist) -> (usize, usize, usize) {
+    let Netlist { inputs, outputs, flops, .. } = netlist;
+    (inputs.len().max(1), outputs.len().max(1), flops.len().max(1))
+}
+
+/// The variables of the bench, and the circuit with its connections.
+fn declarations(netlist: &Netlist, vectors: &Vectors) -> String {
+    let title = &netlist.title;
+    let (n_in, n_out, n_flop) = widths(netlist);
+    let clocks = if vectors.busy.is_some() { "    integer tb_clocks = 0;\n" } else { "" };
+    let clock = netlist.clock.iter().map(|name| format!(".{name}(tb_clock)"));
+    let reset = netlist.reset.iter().map(|reset| format!(".{}(1'b0)", reset.name));
+    let inputs = netlist.inputs.values().enumerate();
+    let inputs = inputs.map(|(index, name)| format!(".{name}(tb_in[{index}])"));
+    let outputs = netlist.outputs.values().enumerate();
+    let outputs = outputs.map(|(index, name)| format!(".{name}(tb_out[{index}])"));
+    let ports = clock.chain(reset).chain(inputs).chain(outputs).join(",\n        ");
+    let no_outputs = if netlist.outputs.is_empty() { "    assign tb_out = 1'b0;\n" } else { "" };
+    let flops = netlist.flops.values().map(|name| format!("dut.{name}")).join(", ");
+    let flops = if flops.is_empty() { "1'b0".to_owned() } else { format!("{{{flops}}}") };
+    format!(
+        "    reg tb_clock = 1'b0;
+    reg [0:{}] tb_in = 0;
+    wire [0:{}] tb_out;
+    wire [0:{}] tb_flops;
+    reg [0:{}] tb_seen;
+    integer tb_row = 0;
+    integer tb_errors = 0;
+{clocks}    reg tb_trace;
+    {title} dut (
+        {ports}
+    );
+{no_outputs}    assign tb_flops = {flops};
+",
+        n_in - 1,
+        n_out - 1,
+        n_flop - 1,
+        n_out - 1
+    )
+}
+
+/// The task that runs a row.
+fn task(logic: &Logic, netlist: &Netlist, vectors: &Vectors) -> String {
+    let (n_in, n_out, n_flop) = widths(netlist);
+    let (in_, out, flop) = (n_in - 1, n_out - 1, n_flop - 1);
+    let mealy: String = bits(logic.outputs.values().map(|output| output.mealy), n_out);
+    let mut text = format!(
+        "
+    task row;
+        input [0:{in_}] in;
+        input [0:{out}] want;
+        input [0:{out}] known;
+        input [0:{flop}] held;
+        input [0:{flop}] known_held;
+        begin
+            tb_in = in;
+            #5 tb_seen = tb_out;
+"
+    );
+    if netlist.clock.is_some() {
+        text += "            if (tb_row > 0) tb_clock = 1'b1;\n";
+    }
+    if let Some(busy) = vectors.busy {
+        let pulses = bits(vectors.pulses.iter().copied(), n_in);
+        let most = vectors.most_clocks.min(u64::from(u32::MAX >> 1));
+        text += &format!(
+            "            #1 tb_clocks = 1;
+            if (tb_out[{busy}] === 1'b1) tb_in = in & ~{n_in}'b{pulses};
+            while (tb_out[{busy}] === 1'b1 && tb_clocks < {most}) begin
+                #4 tb_clock = 1'b0;
+                #5 tb_clock = 1'b1;
+                #1 tb_clocks = tb_clocks + 1;
+            end
+"
+        );
+    }
+    let shown = if vectors.busy.is_some() { "in" } else { "tb_in" };
+    text += &format!(
+        "            #1 tb_seen = (tb_seen & {n_out}'b{mealy}) | (tb_out & ~{n_out}'b{mealy});
+            if (((tb_seen ^ want) & known) !== 0 || ((tb_flops ^ held) & known_held) !== 0) begin
+                tb_errors = tb_errors + 1;
+                $display(\"row %0d: in %b gives out %b state %b, expected out %b state %b\",
+                         tb_row, {shown}, tb_seen, tb_flops, want, held);
+            end
+            if (tb_trace) $display(\"row %b %b\", tb_seen, tb_flops);
+            #4 tb_clock = 1'b0;
+            tb_row = tb_row + 1;
+        end
+    endtask
+"
+    );
     text
 }
 

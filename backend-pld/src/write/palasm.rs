@@ -2,8 +2,8 @@
 
 use super::{Signs, SourceText};
 use crate::device::{Clock, FlipFlop};
-use crate::equations::{Equations, Source, remark};
-use crate::vectors::Vectors;
+use crate::equations::{Equations, Signal, Source, remark};
+use crate::vectors::{VectorRow, Vectors};
 
 const SIGNS: Signs = Signs { not: "/", and: " * ", or: "+", yes: "VCC", no: "GND" };
 
@@ -83,10 +83,7 @@ pub(crate) fn write(equations: &Equations, vectors: Option<&Vectors>) -> SourceT
 /// Prints the simulation section. The first row is the state after power-up; each further row sets the changed inputs, clocks, and checks every pin. A row of several
 /// clocks clears its events after the first clock, and `busy` is checked between clocks.
 fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors) {
-    let literal = |index: usize, value: bool| {
-        let name = &equations.signals[index].name;
-        if value { name.clone() } else { format!("/{name}") }
-    };
+    let literal = |index: usize, value: bool| literal(&equations.signals[index], value);
     let inputs: Vec<(usize, usize)> = (equations.signals.iter().enumerate())
         .filter_map(|(index, signal)| match signal.source {
             Source::Input(id) => Some((index, id.index())),
@@ -112,29 +109,7 @@ fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors)
         if !changed.is_empty() {
             wrapped(source, "SETF", &changed);
         }
-        let check = |mealy: bool| -> Vec<String> {
-            (equations.signals.iter().enumerate())
-                .filter_map(|(index, signal)| match signal.source {
-                    Source::Output(id) if vectors.mealy[id.index()] == mealy => {
-                        row.outputs[id.index()].map(|value| literal(index, value))
-                    }
-                    Source::Flop(id) if !mealy => row
-                        .flops
-                        .get(id.index())
-                        .copied()
-                        .flatten()
-                        .filter(|_| {
-                            !equations.signals.iter().any(|output| output.shared == Some(index))
-                        })
-                        .map(|value| literal(index, value)),
-                    Source::Output(_)
-                    | Source::Flop(_)
-                    | Source::Clock
-                    | Source::Input(_)
-                    | Source::Buried(_) => None,
-                })
-                .collect()
-        };
+        let check = |mealy: bool| checked(equations, vectors, row, mealy);
         // A mealy output is valid before the clock.
         wrapped(source, "CHECK", &check(true));
         let mut now = row.inputs.clone();
@@ -163,6 +138,28 @@ fn simulation(source: &mut SourceText, equations: &Equations, vectors: &Vectors)
         before = Some(now);
     }
     source.line("TRACE_OFF");
+}
+
+fn literal(signal: &Signal, value: bool) -> String {
+    if value { signal.name.clone() } else { format!("/{}", signal.name) }
+}
+
+/// The known values of a row: of `mealy` outputs, or of all other outputs and of flip-flops that share no pin with them.
+fn checked(equations: &Equations, vectors: &Vectors, row: &VectorRow, mealy: bool) -> Vec<String> {
+    let value_of = |(index, signal): (usize, &Signal)| match signal.source {
+        Source::Output(id) if vectors.mealy[id.index()] == mealy => row.outputs[id.index()],
+        Source::Flop(id) if !mealy => {
+            let is_shared = equations.signals.iter().any(|it| it.shared == Some(index));
+            row.flops.get(id.index()).copied().flatten().filter(|_| !is_shared)
+        }
+        Source::Output(_)
+        | Source::Flop(_)
+        | Source::Clock
+        | Source::Input(_)
+        | Source::Buried(_) => None,
+    };
+    let signals = equations.signals.iter().enumerate();
+    signals.filter_map(|it| value_of(it).map(|value| literal(it.1, value))).collect()
 }
 
 /// Writes a statement with a list of names, unless the list is empty.

@@ -40,7 +40,14 @@ pub(crate) fn preprocess<'a>(input: &Input<'a>) -> Outcome<Vec<Token<'a>>> {
         // Predefined values have no location.
         let mut body = lex(FileId::default(), value, &Verbatim::default());
         body.pop();
-        preprocessor.macros.define(name, Macro { params: None, body, span: None });
+        let (name, params) = match name.split_once('(') {
+            Some((name, params)) => {
+                let params = params.trim_end_matches(')').split(',').map(str::trim);
+                (name, Some(params.filter(|param| !param.is_empty()).collect()))
+            }
+            None => (name.as_str(), None),
+        };
+        preprocessor.macros.define(name, Macro { params, body, span: None });
     }
     preprocessor.file(0, 0)?;
     let end = preprocessor.texts.first().and_then(|tokens| tokens.last().copied());

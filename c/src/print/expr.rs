@@ -84,17 +84,13 @@ impl Printer<'_> {
             }
             ExprKind::Binary(op, a, b) => {
                 self.put_chain(expr, a, out);
-                out.push(' ');
-                out.push_str(op.sign());
-                out.push(' ');
+                spaced(op.sign(), out);
                 self.put_from(b, Level::Unary, out);
             }
             ExprKind::Logical(op, all) => {
                 for (at, one) in all.iter().enumerate() {
                     if at > 0 {
-                        out.push(' ');
-                        out.push_str(op.sign());
-                        out.push(' ');
+                        spaced(op.sign(), out);
                     }
                     self.put_from(one, Level::Unary, out);
                 }
@@ -339,4 +335,9 @@ fn literal(value: u64, spelling: Spelling, ty: &Type) -> String {
             _ => format!("'\\{value:o}'"),
         },
     }
+}
+
+/// Writes a binary operator.
+fn spaced(sign: &str, out: &mut String) {
+    out.extend([" ", sign, " "]);
 }

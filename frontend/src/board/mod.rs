@@ -65,14 +65,7 @@ fn item(parser: &mut Parser<'_>, found: &mut BoardFile) -> Parse<()> {
                     codes::UNKNOWN_WORD,
                     format!("unknown board item `{}`", short(word)),
                 );
-                match near {
-                    Some(near) => {
-                        finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
-                    }
-                    None => finding
-                        .at(span, "unknown here")
-                        .help("a board file contains `device NAME { … }`"),
-                }
+                finding.unknown_word(span, near, "a board file contains `device NAME { … }`")
             });
             return Err(ErrorReported);
         }

@@ -26,6 +26,20 @@ fn known_type(name: &str) -> Option<Base> {
     }
 }
 
+/// The type of these words (C99 6.7.2).
+fn base_of(word: Option<Base>, sign: Option<bool>, n_long: u8) -> Base {
+    let is_signed = sign.unwrap_or(true);
+    match (word, n_long) {
+        (Some(Base::Opaque), _) => Base::Opaque,
+        (Some(Base::Char(_)), _) => Base::Char(sign),
+        (Some(Base::Short { .. }), _) => Base::Short { is_signed },
+        (Some(Base::Int { .. }) | None, 0) => Base::Int { is_signed },
+        (Some(Base::Int { .. }) | None, 1) => Base::Long { is_signed },
+        (Some(Base::Int { .. }) | None, _) => Base::LongLong,
+        (Some(base), _) => base,
+    }
+}
+
 impl Parser<'_> {
     /// Whether a declaration begins here.
     pub(super) fn begins_declaration(&self) -> bool {
@@ -150,16 +164,7 @@ impl Parser<'_> {
             return self.unexpected("a type");
         }
         found.span = type_span.unwrap_or(found.span);
-        let is_signed = sign.unwrap_or(true);
-        found.base = match (word_base, n_long) {
-            (Some(Base::Opaque), _) => Base::Opaque,
-            (Some(Base::Char(_)), _) => Base::Char(sign),
-            (Some(Base::Short { .. }), _) => Base::Short { is_signed },
-            (Some(Base::Int { .. }) | None, 0) => Base::Int { is_signed },
-            (Some(Base::Int { .. }) | None, 1) => Base::Long { is_signed },
-            (Some(Base::Int { .. }) | None, _) => Base::LongLong,
-            (Some(base), _) => base,
-        };
+        found.base = base_of(word_base, sign, n_long);
         Ok(found)
     }
 

@@ -9,7 +9,7 @@
 
 use super::flow::{self, Context, Externs, Names, Question};
 use super::frame::{comment_at, frame, globals};
-use super::graph::{Graph, Next, NodeId};
+use super::graph::{CallSite, Graph, Next, NodeId};
 use super::pieces::{declaration, meta};
 use super::resolve::{FunctionId, Home, Program, VarId};
 use super::shorten::{self, successors};
@@ -48,23 +48,12 @@ pub(super) fn draw(
     for id in &used {
         externs.names.fresh(&program.functions[*id].def.name.text);
     }
-    let mut graphs = Vec::new();
-    let mut function_names = Vec::new();
-    for id in &used {
-        let mut names = top.clone();
-        for (var_id, var) in program.vars.iter().enumerate() {
-            let is_mine = matches!(var.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == *id);
-            if is_mine && !var.in_library {
-                var_names.insert(var_id, names.fresh(&var.name.text));
-            }
-        }
-        function_names.push(names);
-    }
-    for (id, names) in used.iter().zip(&mut function_names) {
-        let context = Context { program, var_names: &var_names, shared: &shared };
-        let graph = flow::graph(&context, *id, names, &mut externs, findings);
-        graphs.push(graph);
-    }
+    let mut function_names: Vec<Names> =
+        used.iter().map(|id| local_names(program, *id, &top, &mut var_names)).collect();
+    let context = Context { program, var_names: &var_names, shared: &shared };
+    let graphs: Vec<_> = (used.iter().zip(&mut function_names))
+        .map(|(id, names)| flow::graph(&context, *id, names, &mut externs, findings))
+        .collect();
     let lasting: BTreeSet<String> = program
         .vars
         .iter()
@@ -72,13 +61,9 @@ pub(super) fn draw(
         .filter(|(_, var)| var.home == Home::Global && (var.is_volatile || var.is_extern))
         .filter_map(|(id, _)| var_names.get(&id).cloned())
         .gather();
-    let mut items: Vec<Item> = vec![
-        Item::Setting(Setting {
-            kind: SettingKind::Conflict(Policy::Priority),
-            span: Span::default(),
-        }),
-        Item::Setting(Setting { kind: SettingKind::EvolutionSingle, span: Span::default() }),
-    ];
+    let settings = [SettingKind::Conflict(Policy::Priority), SettingKind::EvolutionSingle];
+    let setting = |kind| Item::Setting(Setting { kind, span: Span::default() });
+    let mut items: Vec<Item> = settings.map(setting).into();
     items.extend(globals(program, &var_names, findings));
     items.extend(extern_items(&externs));
     let mut bodies = Vec::new();
@@ -118,6 +103,22 @@ pub(super) fn draw(
     };
     let library = library::write(program, &chart.name.text, &externs, &used);
     Some((Design { charts: vec![chart], ..Design::default() }, library))
+}
+
+/// Names the variables of a function in its own namespace, which begins with the names of the `top`.
+fn local_names(
+    program: &Program<'_>,
+    id: FunctionId,
+    top: &Names,
+    var_names: &mut BTreeMap<VarId, String>,
+) -> Names {
+    let mut names = top.clone();
+    for (var_id, var) in program.vars.iter().enumerate().filter(|(_, var)| !var.in_library) {
+        if matches!(var.home, Home::Local(f) | Home::Param(f, _) | Home::Result(f) if f == id) {
+            var_names.insert(var_id, names.fresh(&var.name.text));
+        }
+    }
+    names
 }
 
 /// Whether the name of a variable still refers to it: a definition may have replaced an `extern` declaration.
@@ -534,66 +535,66 @@ impl Drawing<'_, '_> {
                 transitions.push(self.transition(&name, target, None, "", span));
             }
             Next::Branch(ways, otherwise) => {
-                for way in ways {
-                    let target = self.target(way.to, part, end);
-                    transitions.push(self.transition(
-                        &name,
-                        target,
-                        Some(way.guard),
-                        &way.text,
-                        span,
-                    ));
+                let rest = Expr::leaf(Leaf::Otherwise, span);
+                let ways = ways.into_iter().map(|way| (way.to, way.guard, way.text));
+                for (to, guard, text) in ways.chain([(otherwise, rest, String::new())]) {
+                    let target = self.target(to, part, end);
+                    transitions.push(self.transition(&name, target, Some(guard), &text, span));
                 }
-                let target = self.target(otherwise, part, end);
-                transitions.push(self.transition(
-                    &name,
-                    target,
-                    Some(Expr::leaf(Leaf::Otherwise, span)),
-                    "",
-                    span,
-                ));
             }
             Next::Call(site, then) => {
                 let target = self.target(then, part, end);
-                let path = |name: &str| Path::from(Name::new(name, site.span));
-                let text = one_line(self.program.text_of(site.span));
-                let mut into = Transition {
-                    sources: vec![path(&name)],
-                    targets: vec![path(&site.step)],
-                    actions: site.latches.clone(),
-                    meta: meta(site.span, text.clone()),
-                    ..Transition::default()
-                };
-                let mut out = Transition {
-                    sources: vec![path(&site.step)],
-                    targets: vec![path(&target)],
-                    meta: meta(site.span, String::new()),
-                    ..Transition::default()
-                };
-                match &site.wait {
-                    Some(wait) => {
-                        steps.push(Item::Step(Step {
-                            name: Name::new(wait.clone(), site.span),
-                            meta: meta(site.span, text),
-                            ..Step::default()
-                        }));
-                        into.targets.push(path(wait));
-                        out.sources.push(path(wait));
-                    }
-                    None => {
-                        let body = Name::new(self.macros[&site.callee].clone(), site.span);
-                        steps.push(Item::MacroStep(MacroStep {
-                            name: Name::new(site.step.clone(), site.span),
-                            body,
-                            meta: meta(site.span, text),
-                            ..MacroStep::default()
-                        }));
-                    }
-                }
-                transitions.push(Item::Transition(into));
-                transitions.push(Item::Transition(out));
+                self.call(&name, &site, &target, steps, transitions);
             }
         }
+    }
+
+    /// A call: the macro-step of the function, or the shared one with a step that waits for it.
+    fn call(
+        &self,
+        name: &str,
+        site: &CallSite,
+        target: &str,
+        steps: &mut Vec<Item>,
+        transitions: &mut Vec<Item>,
+    ) {
+        let path = |name: &str| Path::from(Name::new(name, site.span));
+        let text = one_line(self.program.text_of(site.span));
+        let mut into = Transition {
+            sources: vec![path(name)],
+            targets: vec![path(&site.step)],
+            actions: site.latches.clone(),
+            meta: meta(site.span, text.clone()),
+            ..Transition::default()
+        };
+        let mut out = Transition {
+            sources: vec![path(&site.step)],
+            targets: vec![path(target)],
+            meta: meta(site.span, String::new()),
+            ..Transition::default()
+        };
+        match &site.wait {
+            Some(wait) => {
+                steps.push(Item::Step(Step {
+                    name: Name::new(wait.clone(), site.span),
+                    meta: meta(site.span, text),
+                    ..Step::default()
+                }));
+                into.targets.push(path(wait));
+                out.sources.push(path(wait));
+            }
+            None => {
+                let body = Name::new(self.macros[&site.callee].clone(), site.span);
+                steps.push(Item::MacroStep(MacroStep {
+                    name: Name::new(site.step.clone(), site.span),
+                    body,
+                    meta: meta(site.span, text),
+                    ..MacroStep::default()
+                }));
+            }
+        }
+        transitions.push(Item::Transition(into));
+        transitions.push(Item::Transition(out));
     }
 }
 

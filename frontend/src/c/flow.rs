@@ -313,25 +313,8 @@ impl<'s> Flow<'_, 's> {
             StmtKind::If(condition, then, otherwise) => {
                 self.if_statement(condition, then, otherwise.as_deref())
             }
-            StmtKind::While(condition, body) => {
-                let test = self.test_node("while", condition);
-                let (inside, behind) = (self.join(body.span), self.join(span));
-                self.condition(condition, inside, behind);
-                self.current = Some(inside);
-                self.loop_body(body, "while_body", behind, test);
-                self.end_with(Next::Goto(test));
-                self.current = Some(behind);
-            }
-            StmtKind::Do(body, condition) => {
-                let begin = self.join(body.span);
-                self.go_on(begin);
-                let (test, behind) = (self.join(condition.span), self.join(span));
-                self.loop_body(body, "do_body", behind, test);
-                self.go_on(test);
-                self.test_node("until", condition);
-                self.condition(condition, begin, behind);
-                self.current = Some(behind);
-            }
+            StmtKind::While(condition, body) => self.while_statement(span, condition, body),
+            StmtKind::Do(body, condition) => self.do_statement(span, body, condition),
             StmtKind::For { first, condition, last, body } => {
                 self.for_statement(span, first.as_deref(), condition.as_ref(), last.as_ref(), body)
             }
@@ -344,23 +327,7 @@ impl<'s> Flow<'_, 's> {
             }
             StmtKind::Default(inner) => {
                 let node = self.join(inner.span);
-                match self.switches.last_mut() {
-                    None => self.jump_error(
-                        span,
-                        "`default` outside of a `switch`",
-                        "move it into a `switch`, or remove it",
-                    ),
-                    Some(Switch { default: Some((_, first)), .. }) => {
-                        let first = *first;
-                        self.findings.report(|| {
-                            Diagnostic::error(codes::C_JUMP, "two `default` labels in one `switch`")
-                                .at(span, "again here")
-                                .at(first, "first here")
-                                .help("remove one of them")
-                        });
-                    }
-                    Some(switch) => switch.default = Some((node, span)),
-                }
+                self.default(node, span);
                 self.go_on(node);
                 self.labelled(inner);
             }
@@ -407,6 +374,50 @@ impl<'s> Flow<'_, 's> {
         let node = self.open(hint, "", condition.span);
         self.nodes[node].is_test = true;
         node
+    }
+
+    fn while_statement(&mut self, span: Span, condition: &'s Expr, body: &'s Stmt) {
+        let test = self.test_node("while", condition);
+        let (inside, behind) = (self.join(body.span), self.join(span));
+        self.condition(condition, inside, behind);
+        self.current = Some(inside);
+        self.loop_body(body, "while_body", behind, test);
+        self.end_with(Next::Goto(test));
+        self.current = Some(behind);
+    }
+
+    fn do_statement(&mut self, span: Span, body: &'s Stmt, condition: &'s Expr) {
+        let begin = self.join(body.span);
+        self.go_on(begin);
+        let (test, behind) = (self.join(condition.span), self.join(span));
+        self.loop_body(body, "do_body", behind, test);
+        self.go_on(test);
+        self.test_node("until", condition);
+        self.condition(condition, begin, behind);
+        self.current = Some(behind);
+    }
+
+    /// Makes a node the `default` of its `switch`.
+    fn default(&mut self, node: NodeId, span: Span) {
+        match self.switches.last_mut() {
+            None => self.jump_error(
+                span,
+                "`default` outside of a `switch`",
+                "move it into a `switch`, or remove it",
+            ),
+            Some(Switch { default: Some((_, first)), .. }) => {
+                let first = *first;
+                self.findings.report(|| {
+                    Diagnostic::twice(
+                        codes::C_JUMP,
+                        "two `default` labels in one `switch`",
+                        [span, first],
+                        "remove one of them",
+                    )
+                });
+            }
+            Some(switch) => switch.default = Some((node, span)),
+        }
     }
 
     fn if_statement(&mut self, condition: &'s Expr, then: &'s Stmt, otherwise: Option<&'s Stmt>) {
@@ -528,13 +539,12 @@ impl<'s> Flow<'_, 's> {
             let folded = selected.fold(constant);
             if let Some(first) = seen.insert(folded, at) {
                 self.findings.report(|| {
-                    Diagnostic::error(
+                    Diagnostic::twice(
                         codes::C_JUMP,
                         format!("two cases for {constant} in one `switch`"),
+                        [at, first],
+                        "remove one of them, or write another value",
                     )
-                    .at(at, "again here")
-                    .at(first, "first here")
-                    .help("remove one of them, or write another value")
                 });
             }
             ways.push(Way { guard: selected.equals(folded, at), text, to: node });
@@ -579,10 +589,12 @@ impl<'s> Flow<'_, 's> {
         if let Some((node, is_defined, first)) = self.labels.get(&name.text).copied() {
             if is_definition && is_defined {
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_JUMP, format!("duplicate label `{name}`"))
-                        .at(name.span, "again here")
-                        .at(first, "first here")
-                        .help("rename one of them, and each `goto` that refers to it")
+                    Diagnostic::twice(
+                        codes::C_JUMP,
+                        format!("duplicate label `{name}`"),
+                        [name.span, first],
+                        "rename one of them, and each `goto` that refers to it",
+                    )
                 });
             }
             if is_definition {
@@ -618,14 +630,9 @@ impl<'s> Flow<'_, 's> {
                     format!("there is no label `{name}` in this function"),
                 )
                 .at(span, "no statement has this label");
-                match near {
-                    Some(near) => {
-                        finding.help(format!("did you mean `{near}`?")).fix(span, near)
-                    }
-                    None => finding.help(format!(
+                finding.near(span, near, format!(
                         "write `{name}:` before the statement to continue with; a label cannot be in another function"
-                    )),
-                }
+                    ))
             });
         }
     }

@@ -33,138 +33,84 @@ pub(super) fn frame(
     let params: Vec<VarId> =
         info.params.iter().copied().filter(|var| !program.vars[*var].in_library).collect();
     let result = info.result.filter(|var| !program.vars[*var].in_library);
-    let is_program = info.def.name.text == "main" && params.is_empty();
-    let mut items = Vec::new();
-    let step = |name: &str, role, body, label: &str| {
-        Item::Step(Step {
-            name: Name::new(name, span),
-            role,
-            body,
-            meta: meta(span, label.to_owned()),
-            ..Step::default()
-        })
-    };
-    let macro_step = |name: &str, body: &str, is_initial| {
+    let macro_step = |name: &str, body: &str| {
         Item::MacroStep(MacroStep {
             name: Name::new(name, span),
             body: Name::new(body, span),
-            role: if is_initial { StepRole::Initial } else { StepRole::Plain },
             meta: meta(span, String::new()),
             ..MacroStep::default()
         })
     };
-    let path = |name: &str| Path::from(Name::new(name, span));
-    let name_of = |var: &VarId| var_names.get(var).cloned().unwrap_or_default();
-    if is_program {
+    let shared = shared.iter().map(|(id, step)| macro_step(step, &macros[id]));
+    if info.def.name.text == "main" && params.is_empty() {
         // NBS88: the main program is at the top, and the other functions are macro-steps.
-        for body in bodies {
-            let is_main =
-                matches!(&body, Item::Macro(one) if one.name.text == macros[&program.entry]);
-            if !is_main {
-                items.push(body);
-            } else if let Item::Macro(main) = body {
-                items.extend(at_top(main.items));
-            }
-        }
-        items.extend(shared.iter().map(|(id, step)| macro_step(step, &macros[id], false)));
-        return items;
+        let main = &macros[&program.entry];
+        let placed = |body| match body {
+            Item::Macro(one) if one.name.text == *main => at_top(one.items),
+            body => vec![body],
+        };
+        return bodies.into_iter().flat_map(placed).chain(shared).collect();
     }
-    let start = names.fresh("start");
-    let run = names.fresh("run");
-    let input = |name: &str, ty, label: String| {
-        declaration(name, span, DeclarationKind::Input { ty, synchronous: false }, label)
-    };
-    items.push(input(&start, NetType::Bool, format!("run {} once", info.def.name)));
-    let mut latches = Block::new();
-    let mut leaves = Block::new();
-    let mut outputs = Vec::new();
-    let assign = |target: Path, index: Option<Expr>, value: Expr| Stmt {
-        kind: StmtKind::Assign { target, index, value },
+    let (start, run) = (names.fresh("start"), names.fresh("run"));
+    let mut passed = Passed {
+        program,
         span,
+        run: &run,
+        var_names,
+        names,
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        latches: Block::new(),
+        leaves: Block::new(),
     };
-    let inside = |var: &VarId| Path {
-        names: vec![Name::new(run.clone(), span), Name::new(name_of(var), span)],
-    };
-    for var in &params {
-        let info = &program.vars[*var];
-        let Some(scalar) = info.scalar() else { continue };
-        let ty = scalar.stored();
-        match info.length() {
-            None => {
-                let name = names.plain(&info.name.text);
-                items.push(input(
-                    &name,
-                    ty,
-                    comment_at(program, info.name.span).unwrap_or_default(),
-                ));
-                latches.push(assign(inside(var), None, Expr::leaf(Leaf::Name(path(&name)), span)));
-                if info.reference == Reference::Scalar && info.is_written {
-                    let name = names.fresh(&format!("{}_out", info.name));
-                    outputs.push((name.clone(), ty, format!("*{}", info.name)));
-                    leaves.push(assign(
-                        path(&name),
-                        None,
-                        Expr::leaf(Leaf::Name(inside(var)), span),
-                    ));
-                }
-            }
-            Some(length) => {
-                for index in 0..i64::from(length) {
-                    let name = names.fresh(&format!("{}_{index}", info.name));
-                    items.push(input(&name, ty, String::new()));
-                    latches.push(assign(
-                        inside(var),
-                        Some(Expr::int(index)),
-                        Expr::leaf(Leaf::Name(path(&name)), span),
-                    ));
-                }
-            }
-        }
-    }
+    passed.input(&start, NetType::Bool, format!("run {} once", info.def.name));
+    params.iter().for_each(|var| passed.parameter(*var));
     if let Some(var) = result
         && let Some(scalar) = program.vars[var].scalar()
     {
-        let name = names.fresh("result");
-        outputs.push((name.clone(), scalar.stored(), "what the function returns".to_owned()));
-        leaves.push(assign(path(&name), None, Expr::leaf(Leaf::Name(inside(&var)), span)));
+        passed.output("result", var, scalar.stored(), "what the function returns".to_owned());
     }
+    let Passed { mut names, inputs: mut items, mut outputs, latches, leaves, .. } = passed;
     let done = names.plain("done");
-    for (name, ty, label) in outputs {
-        items.push(declaration(
-            &name,
-            span,
-            DeclarationKind::Output { ty, init: None, registered: false, mealy: false, safe: None },
-            label,
-        ));
-    }
-    items.push(declaration(
-        &done,
-        span,
-        DeclarationKind::Output {
-            ty: NetType::Bool,
-            init: None,
-            registered: false,
-            mealy: false,
-            safe: None,
-        },
-        "the function has returned".to_owned(),
-    ));
+    outputs.push((done.clone(), NetType::Bool, "the function has returned".to_owned()));
+    items.extend(outputs.into_iter().map(|(name, ty, label)| {
+        let kind =
+            DeclarationKind::Output { ty, init: None, registered: false, mealy: false, safe: None };
+        declaration(&name, span, kind, label)
+    }));
     let (ready, finished) = (names.fresh("ready"), names.fresh("finished"));
     items.extend(bodies);
-    items.extend(shared.iter().map(|(id, step)| macro_step(step, &macros[id], false)));
-    items.push(step(&ready, StepRole::Initial, Vec::new(), ""));
-    items.push(macro_step(&run, &macros[&program.entry], false));
-    let action = StepItem {
-        kind: StepItemKind::Action {
-            target: Name::new(done, span),
-            arguments: None,
-            how: ActionHow::Bare,
-            condition: None,
-        },
-        span,
+    items.extend(shared);
+    let body = macro_step(&run, &macros[&program.entry]);
+    items.extend(cycle(span, [&ready, &run, &finished], body, &start, done, latches, leaves));
+    items
+}
+
+/// The steps around the function: it runs while `start` is on, and `done` is on until `start` is off again.
+fn cycle(
+    span: Span,
+    [ready, run, finished]: [&str; 3],
+    body: Item,
+    start: &str,
+    done: String,
+    latches: Block,
+    leaves: Block,
+) -> Vec<Item> {
+    let step = |name: &str, role, body| {
+        let (name, meta) = (Name::new(name, span), meta(span, String::new()));
+        Item::Step(Step { name, role, body, meta, ..Step::default() })
     };
-    items.push(step(&finished, StepRole::Plain, vec![action], ""));
-    let when_start = Expr::leaf(Leaf::Name(path(&start)), span);
+    let mut items = vec![step(ready, StepRole::Initial, Vec::new())];
+    items.push(body);
+    let action = StepItemKind::Action {
+        target: Name::new(done, span),
+        arguments: None,
+        how: ActionHow::Bare,
+        condition: None,
+    };
+    items.push(step(finished, StepRole::Plain, vec![StepItem { kind: action, span }]));
+    let path = |name: &str| Path::from(Name::new(name, span));
+    let when_start = Expr::leaf(Leaf::Name(path(start)), span);
     let transition = |from: &str, to: &str, guard: Option<Expr>, actions: Block| {
         Item::Transition(Transition {
             sources: vec![path(from)],
@@ -175,10 +121,79 @@ pub(super) fn frame(
             ..Transition::default()
         })
     };
-    items.push(transition(&ready, &run, Some(when_start.clone()), latches));
-    items.push(transition(&run, &finished, None, leaves));
-    items.push(transition(&finished, &ready, Some(when_start.not()), Block::new()));
+    items.push(transition(ready, run, Some(when_start.clone()), latches));
+    items.push(transition(run, finished, None, leaves));
+    items.push(transition(finished, ready, Some(when_start.not()), Block::new()));
     items
+}
+
+/// The values that the chart passes to the function and back.
+struct Passed<'a> {
+    program: &'a Program<'a>,
+    span: Span,
+    /// The macro-step of the function.
+    run: &'a str,
+    var_names: &'a BTreeMap<VarId, String>,
+    names: Names,
+    inputs: Vec<Item>,
+    /// Outputs with type and label.
+    outputs: Vec<(String, NetType, String)>,
+    /// The assignments before the function.
+    latches: Block,
+    /// The assignments after it.
+    leaves: Block,
+}
+
+impl Passed<'_> {
+    fn input(&mut self, name: &str, ty: NetType, label: String) {
+        let kind = DeclarationKind::Input { ty, synchronous: false };
+        self.inputs.push(declaration(name, self.span, kind, label));
+    }
+
+    /// The name of an input or output.
+    fn outside(&self, name: &str) -> Path {
+        Path::from(Name::new(name, self.span))
+    }
+
+    /// The variable in the function.
+    fn inside(&self, var: VarId) -> Path {
+        let name = self.var_names.get(&var).cloned().unwrap_or_default();
+        Path { names: vec![Name::new(self.run, self.span), Name::new(name, self.span)] }
+    }
+
+    fn assign(&self, target: Path, index: Option<Expr>, value: Path) -> Stmt {
+        let value = Expr::leaf(Leaf::Name(value), self.span);
+        Stmt { kind: StmtKind::Assign { target, index, value }, span: self.span }
+    }
+
+    /// A new output that shows a variable after the function.
+    fn output(&mut self, name: &str, var: VarId, ty: NetType, label: String) {
+        let name = self.names.fresh(name);
+        self.leaves.push(self.assign(self.outside(&name), None, self.inside(var)));
+        self.outputs.push((name, ty, label));
+    }
+
+    /// A parameter: an input, and an output if the function writes through it; an array has an input for each element.
+    fn parameter(&mut self, var: VarId) {
+        let info = &self.program.vars[var];
+        let Some(scalar) = info.scalar() else { return };
+        let ty = scalar.stored();
+        if let Some(length) = info.length() {
+            for index in 0..i64::from(length) {
+                let name = self.names.fresh(&format!("{}_{index}", info.name));
+                self.input(&name, ty, String::new());
+                let (to, from) = (self.inside(var), self.outside(&name));
+                self.latches.push(self.assign(to, Some(Expr::int(index)), from));
+            }
+            return;
+        }
+        let name = self.names.plain(&info.name.text);
+        self.input(&name, ty, comment_at(self.program, info.name.span).unwrap_or_default());
+        self.latches.push(self.assign(self.inside(var), None, self.outside(&name)));
+        if info.reference == Reference::Scalar && info.is_written {
+            self.output(&format!("{}_out", info.name), var, ty, format!("*{}", info.name));
+        }
+    }
 }
 
 /// Turns the items of a macro into items of a chart. The entry step becomes initial. The exit step becomes a plain step, or is omitted if

@@ -271,119 +271,169 @@ pub(super) fn write(
     if externs.actions.is_empty() && externs.conditions.is_empty() {
         return None;
     }
-    let mut text = String::new();
-    let mut line = |words: std::fmt::Arguments<'_>| {
-        let _ = text.write_fmt(words);
-        text.push('\n');
-    };
-    line(format_args!(
-        "/* Parts of the functions of chart {chart} that stay C. Local variables are variables of this file, so only one call of a function may run at a time. */"
-    ));
-    line(format_args!("#include \"{chart}_user.h\""));
-    line(format_args!("#include <string.h>"));
-    for (name, value) in &program.source.given {
-        line(format_args!("#ifndef {name}\n#define {name} ({value})\n#endif"));
+    let (text, entry) = (String::new(), Vec::new());
+    let mut library = Library { program, chart, text, entry };
+    library.head();
+    library.types();
+    library.variables(used);
+    library.functions();
+    library.line(format_args!(""));
+    library.accessors();
+    library.externs(externs);
+    Some(library.text)
+}
+
+/// The text of a library, section by section.
+struct Library<'a> {
+    program: &'a Program<'a>,
+    chart: &'a str,
+    text: String,
+    /// The variables for which the caller has a function: the parameters and the result of the chart.
+    entry: Vec<VarId>,
+}
+
+impl Library<'_> {
+    fn line(&mut self, words: std::fmt::Arguments<'_>) {
+        // Writing to a string cannot fail.
+        let _ = self.text.write_fmt(words);
+        self.text.push('\n');
     }
-    for directive in &program.source.lines {
-        line(format_args!("{}", program.text_of(*directive)));
-    }
-    for (name, value) in &program.source.constants {
-        // Constants of an `enum` are declared with it.
-        let at = name.span.start as usize;
-        let is_define =
-            program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
-        if is_define {
-            line(format_args!("#define {name} ({value})"));
+
+    /// The headers, directives and constants of the source.
+    fn head(&mut self) {
+        let (program, chart) = (self.program, self.chart);
+        self.line(format_args!(
+            "/* Parts of the functions of chart {chart} that stay C. Local variables are variables of this file, so only one call of a function may run at a time. */"
+        ));
+        self.line(format_args!("#include \"{chart}_user.h\""));
+        self.line(format_args!("#include <string.h>"));
+        for (name, value) in &program.source.given {
+            self.line(format_args!("#ifndef {name}\n#define {name} ({value})\n#endif"));
         }
-    }
-    line(format_args!(""));
-    for item in &program.source.items {
-        if item.is_type_or_prototype()
-            && let External::Declaration(declaration) = item
-        {
-            line(format_args!("{}", program.text_of(declaration.span)));
-        } else if let External::Declaration(declaration) = item
-            && program.text_of(declaration.specifiers.span).contains('{')
-        {
-            line(format_args!("{};", program.text_of(declaration.specifiers.span)));
+        for directive in &program.source.lines {
+            self.line(format_args!("{}", program.text_of(*directive)));
         }
-    }
-    let mut entry_params = Vec::new();
-    for (id, var) in program.vars.iter().enumerate() {
-        if !var.in_library {
-            continue;
-        }
-        let of_used = match var.home {
-            Home::Global => true,
-            Home::Local(function) | Home::Param(function, _) | Home::Result(function) => {
-                used.contains(&function)
+        for (name, value) in &program.source.constants {
+            // Constants of an `enum` are declared with it.
+            let at = name.span.start as usize;
+            let is_define =
+                program.text.get(..at).is_some_and(|before| before.trim_end().ends_with("define"));
+            if is_define {
+                self.line(format_args!("#define {name} ({value})"));
             }
-        };
-        let name = library_name(program, id);
-        let Some(declared) =
-            declared_as(program, id, &name).filter(|_| of_used && var.ty != Type::Void)
-        else {
-            continue;
-        };
-        let storage = if var.is_extern && var.init.is_none() { "extern" } else { "static" };
-        let init = match (var.home, var.init) {
-            (Home::Global, Some(super::ast::Init::One(expr))) => {
-                format!(" = {}", program.text_of(expr.span))
+        }
+        self.line(format_args!(""));
+    }
+
+    /// The types and prototypes of the source.
+    fn types(&mut self) {
+        let program = self.program;
+        for item in &program.source.items {
+            if item.is_type_or_prototype()
+                && let External::Declaration(declaration) = item
+            {
+                self.line(format_args!("{}", program.text_of(declaration.span)));
+            } else if let External::Declaration(declaration) = item
+                && program.text_of(declaration.specifiers.span).contains('{')
+            {
+                self.line(format_args!("{};", program.text_of(declaration.specifiers.span)));
             }
-            (Home::Global, Some(super::ast::Init::List(_, span))) => {
-                format!(" = {}", program.text_of(*span))
-            }
-            _ => String::new(),
-        };
-        line(format_args!("{storage} {declared}{init};"));
-        match var.home {
-            Home::Param(function, _) if function == program.entry => entry_params.push((id, true)),
-            Home::Result(function) if function == program.entry => entry_params.push((id, false)),
-            Home::Global | Home::Local(_) | Home::Param(..) | Home::Result(_) => {}
         }
     }
-    for info in program.functions.iter().filter(|info| info.is_kept) {
-        line(format_args!(""));
-        let body = program.text_of(info.def.span);
-        // A prototype in the source already defines the linkage.
-        let has_prototype = program.source.items.iter().any(|item| match item {
-            External::Declaration(declaration) => declaration
-                .declared
-                .iter()
-                .any(|(declarator, _)| declarator.name.text == info.def.name.text),
-            External::Function(_) => false,
-        });
-        let is_linked =
-            has_prototype || info.def.specifiers.is_static || body.starts_with("static");
-        let storage = if is_linked { "" } else { "static " };
-        line(format_args!("{storage}{body}"));
-    }
-    line(format_args!(""));
-    for (id, is_param) in entry_params {
-        let name = library_name(program, id);
-        let plain = &program.vars[id].name.text;
-        if is_param {
-            if let Some(declared) = declared_as(program, id, plain) {
-                line(format_args!("/* For the caller, before the chart starts. */"));
-                line(format_args!("void {chart}_set_{plain}({declared});"));
-                line(format_args!("void {chart}_set_{plain}({declared}) {{ {name} = {plain}; }}"));
+
+    /// The variables that the functions of the library use.
+    fn variables(&mut self, used: &[FunctionId]) {
+        let program = self.program;
+        for (id, var) in program.vars.iter().enumerate() {
+            if !var.in_library {
+                continue;
             }
-        } else if let Some(declared) = declared_as(program, id, &format!("{chart}_get_result")) {
-            line(format_args!("/* For the caller, after the chart has ended. */"));
-            line(format_args!("{declared}(void);"));
-            line(format_args!("{declared}(void) {{ return {name}; }}"));
+            let of_used = match var.home {
+                Home::Global => true,
+                Home::Local(function) | Home::Param(function, _) | Home::Result(function) => {
+                    used.contains(&function)
+                }
+            };
+            let name = library_name(program, id);
+            let Some(declared) =
+                declared_as(program, id, &name).filter(|_| of_used && var.ty != Type::Void)
+            else {
+                continue;
+            };
+            let storage = if var.is_extern && var.init.is_none() { "extern" } else { "static" };
+            let init = match (var.home, var.init) {
+                (Home::Global, Some(super::ast::Init::One(expr))) => {
+                    format!(" = {}", program.text_of(expr.span))
+                }
+                (Home::Global, Some(super::ast::Init::List(_, span))) => {
+                    format!(" = {}", program.text_of(*span))
+                }
+                _ => String::new(),
+            };
+            self.line(format_args!("{storage} {declared}{init};"));
+            let (Home::Param(function, _) | Home::Result(function)) = var.home else { continue };
+            if function == program.entry {
+                self.entry.push(id);
+            }
         }
     }
-    for Question { name, text: body, range, .. } in &externs.conditions {
-        let ty = match range {
-            None => "bool",
-            Some((_, hi)) if *hi > i64::from(i16::MAX) => "int32_t",
-            Some(_) => "int16_t",
-        };
-        line(format_args!("{ty} {name}(void) {{ {body} }}"));
+
+    /// The functions that are kept whole.
+    fn functions(&mut self) {
+        let program = self.program;
+        for info in program.functions.iter().filter(|info| info.is_kept) {
+            self.line(format_args!(""));
+            let body = program.text_of(info.def.span);
+            // A prototype in the source already defines the linkage.
+            let has_prototype = program.source.items.iter().any(|item| match item {
+                External::Declaration(declaration) => declaration
+                    .declared
+                    .iter()
+                    .any(|(declarator, _)| declarator.name.text == info.def.name.text),
+                External::Function(_) => false,
+            });
+            let is_linked =
+                has_prototype || info.def.specifiers.is_static || body.starts_with("static");
+            let storage = if is_linked { "" } else { "static " };
+            self.line(format_args!("{storage}{body}"));
+        }
     }
-    for (name, body, _) in &externs.actions {
-        line(format_args!("void {name}(void) {{ {body} }}"));
+
+    /// The functions that set the parameters and get the result of the chart.
+    fn accessors(&mut self) {
+        let (program, chart) = (self.program, self.chart);
+        for id in std::mem::take(&mut self.entry) {
+            let name = library_name(program, id);
+            let plain = &program.vars[id].name.text;
+            if matches!(program.vars[id].home, Home::Param(..)) {
+                if let Some(declared) = declared_as(program, id, plain) {
+                    self.line(format_args!("/* For the caller, before the chart starts. */"));
+                    self.line(format_args!("void {chart}_set_{plain}({declared});"));
+                    self.line(format_args!(
+                        "void {chart}_set_{plain}({declared}) {{ {name} = {plain}; }}"
+                    ));
+                }
+            } else if let Some(declared) = declared_as(program, id, &format!("{chart}_get_result"))
+            {
+                self.line(format_args!("/* For the caller, after the chart has ended. */"));
+                self.line(format_args!("{declared}(void);"));
+                self.line(format_args!("{declared}(void) {{ return {name}; }}"));
+            }
+        }
     }
-    Some(text)
+
+    /// The extern conditions and actions of the chart.
+    fn externs(&mut self, externs: &Externs) {
+        for Question { name, text: body, range, .. } in &externs.conditions {
+            let ty = match range {
+                None => "bool",
+                Some((_, hi)) if *hi > i64::from(i16::MAX) => "int32_t",
+                Some(_) => "int16_t",
+            };
+            self.line(format_args!("{ty} {name}(void) {{ {body} }}"));
+        }
+        for (name, body, _) in &externs.actions {
+            self.line(format_args!("void {name}(void) {{ {body} }}"));
+        }
+    }
 }

@@ -255,13 +255,12 @@ impl<'s> Resolver<'s, '_> {
                     if let Some(earlier) = self.program.by_name.get(&def.name.text) {
                         let first = self.program.functions[*earlier].def.name.span;
                         self.findings.report(|| {
-                            Diagnostic::error(
+                            Diagnostic::twice(
                                 codes::C_TYPE,
                                 format!("the function `{}` is defined twice", def.name),
+                                [def.name.span, first],
+                                "rename or remove one of them",
                             )
-                            .at(def.name.span, "again here")
-                            .at(first, "first here")
-                            .help("rename or remove one of them")
                         });
                         continue;
                     }
@@ -452,10 +451,12 @@ impl<'s> Resolver<'s, '_> {
             } else if !name.text.is_empty() {
                 let first = first.name.span;
                 self.findings.report(|| {
-                    Diagnostic::error(codes::C_TYPE, format!("`{name}` is declared twice"))
-                        .at(name.span, "again here")
-                        .at(first, "first here")
-                        .help("rename one of them, or remove it if both mean the same")
+                    Diagnostic::twice(
+                        codes::C_TYPE,
+                        format!("`{name}` is declared twice"),
+                        [name.span, first],
+                        "rename one of them, or remove it if both mean the same",
+                    )
                 });
             }
         }
@@ -701,10 +702,7 @@ impl<'s> Resolver<'s, '_> {
                 let finding =
                     Diagnostic::error(codes::C_UNDECLARED, format!("`{name}` is not declared"))
                         .at(span, "first used here");
-                match near {
-                    Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-                    None => finding.help(format!("declare `{name}` in this file")),
-                }
+                finding.near(span, near, format!("declare `{name}` in this file"))
             });
         }
         None

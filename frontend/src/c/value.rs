@@ -181,32 +181,7 @@ impl<'s> Flow<'_, 's> {
             Type::Array(ty, _, rest) => {
                 let what = self.program().vars[var].name.text.clone();
                 let length = i64::from(self.program().vars[var].length().unwrap_or(1));
-                let int = self.int_type();
-                let mut flat = Num::constant(0, span);
-                for (position, index) in indices.iter().enumerate() {
-                    let stride: i64 = rest
-                        .get(position..)
-                        .unwrap_or(&[])
-                        .iter()
-                        .map(|one| i64::from(*one))
-                        .product();
-                    let value = self.eval(index);
-                    let Value { repr, .. } = self.binary(
-                        BinaryOp::Mul,
-                        &value,
-                        &Value::int(stride, int, index.span),
-                        index.span,
-                    );
-                    let part = Value { repr, ty: int };
-                    flat = self
-                        .binary(
-                            BinaryOp::Add,
-                            &Value { repr: Repr::Num(flat), ty: int },
-                            &part,
-                            index.span,
-                        )
-                        .num();
-                }
+                let flat = self.flat_index(&indices, &rest, span);
                 if flat.lo == flat.hi && !(0..length).contains(&flat.lo) {
                     self.error(
                         span,
@@ -243,6 +218,21 @@ impl<'s> Flow<'_, 's> {
         }
     }
 
+    /// The position of an element in its array; `rest` are the lengths after the first one.
+    fn flat_index(&mut self, indices: &[&'s Expr], rest: &[u32], span: Span) -> Num {
+        let ty = self.int_type();
+        let mut flat = Num::constant(0, span);
+        for (position, index) in indices.iter().enumerate() {
+            let inner = rest.get(position..).unwrap_or(&[]).iter();
+            let stride = inner.map(|one| i64::from(*one)).product();
+            let (value, stride) = (self.eval(index), Value::int(stride, ty, index.span));
+            let Value { repr, .. } = self.binary(BinaryOp::Mul, &value, &stride, index.span);
+            let (sum, part) = (Value { repr: Repr::Num(flat), ty }, Value { repr, ty });
+            flat = self.binary(BinaryOp::Add, &sum, &part, index.span).num();
+        }
+        flat
+    }
+
     // Expressions
 
     /// Evaluates an expression. Its side effects are added to the current node.
@@ -259,38 +249,16 @@ impl<'s> Flow<'_, 's> {
                 )
             }
             ExprKind::Char(value) => Value::int(*value, int, span),
-            ExprKind::Name(name) => match self.program().var_at(span) {
-                Some(_) => self
-                    .place(expr)
-                    .map_or_else(|| Value::int(0, int, span), |place| self.load(&place, span)),
-                None => match name.as_str() {
-                    "true" => self.of_truth(chart::Expr::new(NetKind::Bool(true), span)),
-                    "false" | "NULL" => self.of_truth(chart::Expr::new(NetKind::Bool(false), span)),
-                    _ => {
-                        let value = self.program().constants.get(name).copied().unwrap_or(0);
-                        Value::int(value, self.literal_type(value, false, false, true), span)
-                    }
-                },
-            },
-            ExprKind::Index(..) | ExprKind::Deref(_) => match self.place(expr) {
-                Some(place) => self.load(&place, span),
-                None => Value::int(0, int, span),
-            },
-            ExprKind::Call(name, arguments) => match self.program().callee(&name.text) {
-                Some(callee) => match self.call(callee, arguments, span) {
-                    Some(value) => value,
-                    None => self.error(
-                        span,
-                        || format!("`{name}` returns nothing, so it has no value"),
-                        "call it in a statement, or declare the type of its result",
-                    ),
-                },
-                None => self.error(
-                    span,
-                    || format!("this chart has no function `{name}`"),
-                    "write the function in this file",
-                ),
-            },
+            ExprKind::Name(name) if self.program().var_at(span).is_none() => {
+                self.named_constant(name, span)
+            }
+            ExprKind::Name(_) | ExprKind::Index(..) | ExprKind::Deref(_) => {
+                match self.place(expr) {
+                    Some(place) => self.load(&place, span),
+                    None => Value::int(0, int, span),
+                }
+            }
+            ExprKind::Call(name, arguments) => self.called(name, arguments, span),
             ExprKind::Step { operand, by, is_prefix } => self.step(operand, *by, *is_prefix, span),
             ExprKind::Unary(op, operand) => {
                 let value = self.eval(operand);
@@ -335,6 +303,37 @@ impl<'s> Flow<'_, 's> {
                     || "nets do not support this value".to_owned(),
                     "use integers, or keep the function as C with --keep",
                 ),
+        }
+    }
+
+    /// The value of a name that is no variable: a constant of the source.
+    fn named_constant(&mut self, name: &str, span: Span) -> Value {
+        match name {
+            "true" => self.of_truth(chart::Expr::new(NetKind::Bool(true), span)),
+            "false" | "NULL" => self.of_truth(chart::Expr::new(NetKind::Bool(false), span)),
+            _ => {
+                let value = self.program().constants.get(name).copied().unwrap_or(0);
+                Value::int(value, self.literal_type(value, false, false, true), span)
+            }
+        }
+    }
+
+    /// The result of a call.
+    fn called(&mut self, name: &Name, arguments: &'s [Expr], span: Span) -> Value {
+        let Some(callee) = self.program().callee(&name.text) else {
+            return self.error(
+                span,
+                || format!("this chart has no function `{name}`"),
+                "write the function in this file",
+            );
+        };
+        match self.call(callee, arguments, span) {
+            Some(value) => value,
+            None => self.error(
+                span,
+                || format!("`{name}` returns nothing, so it has no value"),
+                "call it in a statement, or declare the type of its result",
+            ),
         }
     }
 

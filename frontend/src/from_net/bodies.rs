@@ -103,20 +103,12 @@ impl Bodies {
                 .get(&part)
                 .and_then(|step| Some((*step, *found.of_part.get(&net.steps[*step].part)?)))
             {
-                let (names, prefix) =
-                    (found.bodies[parent].names, found.bodies[parent].prefix.clone());
+                let around = &found.bodies[parent];
+                let (names, prefix) = (around.names, around.prefix.clone());
                 found.of_step.insert(step, id);
                 let local = name.strip_prefix(prefix.as_str()).unwrap_or(name).to_owned();
-                let enclosing = Some(step);
-                Body {
-                    part,
-                    parent: Some(parent),
-                    names,
-                    enclosing,
-                    prefix,
-                    local,
-                    macro_step: None,
-                }
+                let (parent, enclosing, macro_step) = (Some(parent), Some(step), None);
+                Body { part, parent, names, enclosing, prefix, local, macro_step }
             } else {
                 findings.push(cannot(
                     format!(

@@ -47,14 +47,8 @@ impl Writer<'_> {
                         ));
                     }
                     for emission in emissions {
-                        self.action(
-                            emission.step,
-                            &output.name,
-                            None,
-                            ActionHow::Bare,
-                            emission.condition.as_ref(),
-                            emission.span,
-                        );
+                        let net::Emission { step, condition, span } = emission;
+                        self.bare(*step, &output.name, None, condition, *span);
                     }
                 }
                 Driver::Fires(_) => self.findings.push(cannot(
@@ -75,15 +69,8 @@ impl Writer<'_> {
                 }
                 Driver::Extern { calls, .. } => {
                     for call in calls {
-                        let arguments = call.arguments.as_slice();
-                        self.action(
-                            call.step,
-                            &output.name,
-                            Some(arguments),
-                            ActionHow::Bare,
-                            call.condition.as_ref(),
-                            call.span,
-                        );
+                        let net::ExternCall { step, condition, arguments, span } = call;
+                        self.bare(*step, &output.name, Some(arguments), condition, *span);
                     }
                 }
             }
@@ -125,6 +112,18 @@ impl Writer<'_> {
 
     fn body_of(&self, step: StepId) -> BodyId {
         self.bodies.home(self.net.steps[step].part)
+    }
+
+    /// Adds an action without a qualifier.
+    fn bare(
+        &mut self,
+        step: StepId,
+        target: &Name,
+        arguments: Option<&[net::Expr]>,
+        condition: &Option<net::Expr>,
+        span: Span,
+    ) {
+        self.action(step, target, arguments, ActionHow::Bare, condition.as_ref(), span);
     }
 
     fn action(

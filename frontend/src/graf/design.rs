@@ -139,15 +139,11 @@ impl Parser<'_> {
                 codes::UNKNOWN_WORD,
                 format!("this file has no library chart `{}`", certificate.of),
             );
-            match near {
-                Some(near) => finding
-                    .at(span, "unknown here")
-                    .help(format!("did you mean `{near}`?"))
-                    .fix(span, near),
-                None => finding
-                    .at(span, "unknown here")
-                    .help("move the certificate to the file that declares its library chart"),
-            }
+            finding.at(span, "unknown here").near(
+                span,
+                near,
+                "move the certificate to the file that declares its library chart",
+            )
         });
     }
 

@@ -164,12 +164,11 @@ impl Parser<'_> {
                 codes::UNKNOWN_WORD,
                 format!("unknown item `{shown}` of a chart"),
             );
-            match near {
-                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
-                None => finding
-                    .at(span, "unknown here")
-                    .help("a transition is written `p1 -> p2 when m`, a step `step p1 { R }`"),
-            }
+            finding.unknown_word(
+                span,
+                near,
+                "a transition is written `p1 -> p2 when m`, a step `step p1 { R }`",
+            )
         });
         ErrorReported
     }

@@ -25,6 +25,59 @@ struct Const<'a> {
     has_truth: bool,
 }
 
+/// Reads the lists of constants in a text: `const N = 5, M = N + 1`.
+#[derive(Default)]
+struct Constants<'a> {
+    in_list: bool,
+    current: Option<Const<'a>>,
+}
+
+impl<'a> Constants<'a> {
+    /// Reads the token `f` after `e`. The result is the constant that ends before it, if that is a number.
+    fn read(&mut self, text: &'a str, e: Token, f: Token, names: &[&'a str]) -> Option<&'a str> {
+        let word = if f.kind == Kind::Word { slice(text, f) } else { "" };
+        let ends = match f.kind {
+            Kind::Comma | Kind::End | Kind::CloseBrace | Kind::Text | Kind::RawText => true,
+            Kind::Word | Kind::Quoted => f.new_line && !INFIX.contains(&word),
+            _ => false,
+        };
+        let done = if ends { self.current.take() } else { None };
+        if done.is_some() {
+            self.in_list = f.kind == Kind::Comma;
+        }
+        let number = done.filter(|it| it.has_number && !it.has_truth).map(|it| it.name);
+        if word == "const" {
+            self.in_list = true;
+        } else if self.in_list
+            && f.kind == Kind::Equal
+            && matches!(e.kind, Kind::Word | Kind::Quoted)
+            && self.current.is_none()
+        {
+            let name = name_of(text, e);
+            self.current = Some(Const { name, has_number: false, has_truth: false });
+        } else if let Some(constant) = &mut self.current {
+            match f.kind {
+                Kind::Number => constant.has_number = true,
+                Kind::Word | Kind::Quoted => {
+                    constant.has_truth |= matches!(word, "true" | "false" | "not" | "and" | "or");
+                    // A constant may be computed from earlier constants. Only the last 64 names are searched, because such constants are
+                    // usually close together.
+                    let name = name_of(text, f);
+                    constant.has_number |= names.iter().rev().take(64).any(|it| *it == name);
+                }
+                Kind::Equal
+                | Kind::NotEqual
+                | Kind::Less
+                | Kind::LessEqual
+                | Kind::Greater
+                | Kind::GreaterEqual => constant.has_truth = true,
+                _ => {}
+            }
+        }
+        number
+    }
+}
+
 impl<'a> Numbers<'a> {
     /// Creates the set from names in any order.
     pub(crate) fn of(names: impl IntoIterator<Item = &'a str>) -> Self {
@@ -43,8 +96,7 @@ impl<'a> Numbers<'a> {
         let mut lexer = Lexer::new(text);
         let none = Token { kind: Kind::End, new_line: true, start: 0, end: 0 };
         let mut last = [none; 6];
-        let mut constant: Option<Const<'a>> = None;
-        let mut in_const_list = false;
+        let mut constants = Constants::default();
         let mut was_while = false;
         loop {
             let token = lexer.next(&mut |_, _| {}, &mut |_| {});
@@ -98,46 +150,7 @@ impl<'a> Numbers<'a> {
             if was_while {
                 names.push(name_of(text, e));
             }
-            // `const N = 5, M = N + 1`
-            let ends = match f.kind {
-                Kind::Comma | Kind::End | Kind::CloseBrace | Kind::Text | Kind::RawText => true,
-                Kind::Word | Kind::Quoted => f.new_line && !INFIX.contains(&word(f)),
-                _ => false,
-            };
-            if ends && let Some(done) = constant.take() {
-                if done.has_number && !done.has_truth {
-                    names.push(done.name);
-                }
-                in_const_list = f.kind == Kind::Comma;
-            }
-            if word(f) == "const" {
-                in_const_list = true;
-            } else if in_const_list && f.kind == Kind::Equal && is_name(e) && constant.is_none() {
-                constant =
-                    Some(Const { name: name_of(text, e), has_number: false, has_truth: false });
-            } else if let Some(constant) = &mut constant {
-                match f.kind {
-                    Kind::Number => constant.has_number = true,
-                    Kind::Word | Kind::Quoted => {
-                        constant.has_truth |=
-                            matches!(word(f), "true" | "false" | "not" | "and" | "or");
-                        // A constant may be computed from earlier constants. Only the last 64 names are searched, because such constants are
-                        // usually close together.
-                        let name = name_of(text, f);
-                        constant.has_number |=
-                            names.iter().rev().take(64).any(|known| *known == name);
-                    }
-                    Kind::Equal
-                    | Kind::NotEqual
-                    | Kind::Less
-                    | Kind::LessEqual
-                    | Kind::Greater
-                    | Kind::GreaterEqual => {
-                        constant.has_truth = true;
-                    }
-                    _ => {}
-                }
-            }
+            names.extend(constants.read(text, e, f, &names));
             if f.kind == Kind::End {
                 outputs.sort_unstable();
                 outputs.dedup();

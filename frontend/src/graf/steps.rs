@@ -581,14 +581,7 @@ impl Parser<'_> {
                     codes::UNKNOWN_WORD,
                     format!("unknown statement `{}`", short(word)),
                 );
-                match near {
-                    Some(near) => {
-                        finding.at(span, format!("did you mean `{near}`?")).fix(span, near)
-                    }
-                    None => finding
-                        .at(span, "unknown here")
-                        .help("an assignment is written `n := n + 1`"),
-                }
+                finding.unknown_word(span, near, "an assignment is written `n := n + 1`")
             });
             return Err(ErrorReported);
         }

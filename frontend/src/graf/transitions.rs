@@ -234,12 +234,7 @@ impl Parser<'_> {
         );
         self.report(|| {
             let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown clause `{}` of a transition", short(word)));
-            match near {
-                Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
-                None => finding
-                    .at(span, "unknown here")
-                    .help("the clauses are `on`, `when`, `after`, `priority`, `internal`, `restart`, `deadline`, `req`, `do` and a label in quotes"),
-            }
+            finding.unknown_word(span, near, "the clauses are `on`, `when`, `after`, `priority`, `internal`, `restart`, `deadline`, `req`, `do` and a label in quotes")
         });
         Err(ErrorReported)
     }

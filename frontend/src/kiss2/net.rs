@@ -6,7 +6,7 @@ use super::{Machine, Row, Trit};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Expr, Input, InputId, InputKind, Leaf, Meta, Net, OpenCell, Output,
-    Part, Step, StepId, Transition, TransitionKind, Unspecified,
+    OutputId, Part, PartId, Step, StepId, Transition, TransitionKind, Unspecified,
 };
 use grafsynth_ir::span::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,10 +54,8 @@ pub fn net(machine: &Machine, name: &str) -> Net {
         .collect();
     // Steps have a separate namespace.
     let mut names = Names::default();
-    let steps: Vec<StepId> = machine
-        .states
-        .iter()
-        .enumerate()
+    let states = machine.states.iter().enumerate();
+    let steps: Vec<StepId> = states
         .map(|(index, state)| {
             let mut step_name = names.take(&state.name, "s");
             step_name.span = state.span;
@@ -68,16 +66,58 @@ pub fn net(machine: &Machine, name: &str) -> Net {
             })
         })
         .collect();
-    let sum = |rows: &[&Row]| Expr::or(rows.iter().map(|row| product(row, &inputs)));
-    let mut emissions: Vec<Vec<Emission>> = vec![Vec::new(); outputs.len()];
-    let mut budget = COVER_BUDGET;
-    let mut transition_names = Names::default();
+    let emissions = vec![Vec::new(); outputs.len()];
+    let (names, budget) = (Names::default(), COVER_BUDGET);
+    let mut cells = Cells { net, part, inputs, outputs, steps, names, emissions, budget };
     for (state, rows) in machine.rows_by_state().iter().enumerate() {
-        let step = steps[state];
-        let mut by_next: BTreeMap<usize, Vec<&Row>> = BTreeMap::new();
+        cells.transitions(state, rows);
+        let said: Vec<&Row> = rows.iter().copied().filter(|row| row.to.is_some()).collect();
+        if leaves_open(&said, &mut cells.budget) {
+            cells.leave_open(state, &said, OpenCell::Next);
+        }
+        cells.outputs(state, rows);
+    }
+    let Cells { mut net, outputs, emissions, .. } = cells;
+    for (output, emissions) in outputs.into_iter().zip(emissions) {
+        net.outputs[output].driver = Driver::Mealy(emissions);
+    }
+    net
+}
+
+/// The cells of the table, read state by state.
+struct Cells {
+    net: Net,
+    part: PartId,
+    inputs: Vec<InputId>,
+    outputs: Vec<OutputId>,
+    steps: Vec<StepId>,
+    /// The names of transitions.
+    names: Names,
+    /// The emissions of each output so far.
+    emissions: Vec<Vec<Emission>>,
+    budget: u64,
+}
+
+impl Cells {
+    /// The inputs of these rows.
+    fn sum(&self, rows: &[&Row]) -> Expr {
+        Expr::or(rows.iter().map(|row| product(row, &self.inputs)))
+    }
+
+    /// Notes that a cell is unspecified unless one of these rows applies.
+    fn leave_open(&mut self, state: usize, said: &[&Row], what: OpenCell) {
+        let active = Expr::leaf(Leaf::Active(self.steps[state]), Span::default());
+        let when = Expr::and([active, self.sum(said).not()]);
+        self.net.unspecified.push(Unspecified { when, what });
+    }
+
+    /// A transition to each other state, in the order of the rows.
+    fn transitions(&mut self, state: usize, rows: &[&Row]) {
+        let step = self.steps[state];
         let mut order: Vec<usize> = Vec::new();
+        let mut by_next: BTreeMap<usize, Vec<&Row>> = BTreeMap::new();
         for row in rows {
-            if let Some(next) = row.to {
+            if let Some(next) = row.to.filter(|next| *next != state) {
                 let group = by_next.entry(next).or_default();
                 if group.is_empty() {
                     order.push(next);
@@ -87,22 +127,19 @@ pub fn net(machine: &Machine, name: &str) -> Net {
         }
         for next in order {
             let group = &by_next[&next];
-            let span = group[0].span;
-            if next == state {
-                continue;
-            }
-            let label = format!("{}_{}", net.steps[step].name, net.steps[steps[next]].name);
-            let mut transition_name = transition_names.take(&label, "t");
-            transition_name.span = span;
-            net.transitions.push(Transition {
-                name: transition_name,
-                part,
+            let (next, span) = (self.steps[next], group[0].span);
+            let label = format!("{}_{}", self.net.steps[step].name, self.net.steps[next].name);
+            let name = Name { span, ..self.names.take(&label, "t") };
+            let guard = self.sum(group);
+            self.net.transitions.push(Transition {
+                name,
+                part: self.part,
                 kind: TransitionKind::Move,
                 requires: vec![step],
                 clears: vec![step],
-                enters: vec![Enter::Step(steps[next])],
+                enters: vec![Enter::Step(next)],
                 events: Vec::new(),
-                guard: sum(group),
+                guard,
                 priority: None,
                 restart: false,
                 actions: Vec::new(),
@@ -110,46 +147,30 @@ pub fn net(machine: &Machine, name: &str) -> Net {
                 meta: Meta { span, ..Meta::default() },
             });
         }
-        let here = |said: &[&Row]| {
-            let active = Expr::leaf(Leaf::Active(step), Span::default());
-            Expr::and([active, sum(said).not()])
-        };
-        let said: Vec<&Row> = rows.iter().copied().filter(|row| row.to.is_some()).collect();
-        if leaves_open(&said, &mut budget) {
-            net.unspecified.push(Unspecified { when: here(&said), what: OpenCell::Next });
-        }
+    }
+
+    /// The outputs in a state: when each is 1, and when it is unspecified.
+    fn outputs(&mut self, state: usize, rows: &[&Row]) {
         // Most outputs depend on the same rows, so results are cached.
         let mut known: BTreeMap<Vec<bool>, bool> = BTreeMap::new();
-        for (index, output) in outputs.iter().enumerate() {
+        for index in 0..self.outputs.len() {
             let on: Vec<&Row> =
                 rows.iter().copied().filter(|row| row.outputs[index] == Trit::High).collect();
-            if !on.is_empty() {
-                let condition = sum(&on);
-                let condition = (!condition.is_true()).then_some(condition);
-                emissions[index].push(Emission { step, condition, span: on[0].span });
+            if let Some(first) = on.first() {
+                let condition = Some(self.sum(&on)).filter(|it| !it.is_true());
+                let step = self.steps[state];
+                self.emissions[index].push(Emission { step, condition, span: first.span });
             }
             let is_said: Vec<bool> =
                 rows.iter().map(|row| row.outputs[index] != Trit::Any).collect();
             let said: Vec<&Row> =
                 rows.iter().zip(&is_said).filter(|(_, is)| **is).map(|(row, _)| *row).collect();
-            let is_open = match known.get(&is_said) {
-                Some(known) => *known,
-                None => {
-                    let is_open = leaves_open(&said, &mut budget);
-                    known.insert(is_said, is_open);
-                    is_open
-                }
-            };
-            if is_open {
-                net.unspecified
-                    .push(Unspecified { when: here(&said), what: OpenCell::Output(*output) });
+            let budget = &mut self.budget;
+            if *known.entry(is_said).or_insert_with(|| leaves_open(&said, budget)) {
+                self.leave_open(state, &said, OpenCell::Output(self.outputs[index]));
             }
         }
     }
-    for (output, emissions) in outputs.into_iter().zip(emissions) {
-        net.outputs[output].driver = Driver::Mealy(emissions);
-    }
-    net
 }
 
 fn leaves_open(said: &[&Row], budget: &mut u64) -> bool {

@@ -233,15 +233,11 @@ impl Reader {
                     format!("unknown directive `{}` in a KISS2 table", cut(other)),
                 )
                 .at(head.span, "");
-                finding = match nearest(other, known) {
-                    Some(near) => {
-                        finding.help(format!("did you mean `{near}`?")).fix(head.span, near)
-                    }
-                    None => finding.help(format!(
-                        "remove it; the directives of a KISS2 table are {}",
-                        known.join(" ")
-                    )),
-                };
+                finding = finding.near(
+                    head.span,
+                    nearest(other, known),
+                    format!("remove it; the directives of a KISS2 table are {}", known.join(" ")),
+                );
                 self.report(finding);
             }
         }

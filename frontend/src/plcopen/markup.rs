@@ -35,23 +35,7 @@ impl Reader<'_, '_> {
         if matches!(kind, "FBD" | "LD" | "SFC") {
             self.check_keys(node);
         }
-        if kind == "vendorElement"
-            && node.descendants().any(|one| matches!(tag(one), "connection" | "expression"))
-        {
-            unit.refuse(
-                "a connected <vendorElement>",
-                self.span(node),
-                "express its function with standard elements",
-            );
-        }
-        // CODESYS and TwinCAT draw calls of programs and actions, and statements, as blocks.
-        let calls = node.descendants().filter(|one| kind == "block" && tag(*one) == "CallType");
-        for call in calls.filter_map(|one| one.text()).map(str::trim) {
-            if !matches!(call, "operator" | "function" | "functionblock") {
-                let help = "move its content to an action or a function block";
-                unit.refuse(format!("a block with the call type `{call}`"), self.span(node), help);
-            }
-        }
+        self.check_block(node, kind, unit);
         let mut seen = BTreeSet::new();
         let mut chosen: Option<&str> = None;
         let mut is_text_reported = rule.text;
@@ -61,23 +45,7 @@ impl Reader<'_, '_> {
                 && child.text().is_some_and(|text| !text.trim().is_empty())
             {
                 is_text_reported = true;
-                let (span, name) = (xml::node_span(self.file, child), tag(node).to_owned());
-                let ty = type_name(node).map(str::to_owned);
-                self.report(|| {
-                    let finding = Diagnostic::error(
-                        codes::PLC_MARKUP,
-                        format!("unexpected text in <{name}>"),
-                    );
-                    match ty {
-                        Some(ty) => finding
-                            .at(span, "a type is an element, not text")
-                            .help(format!("write <{name}><{ty}/></{name}>"))
-                            .fix(span, format!("<{ty}/>")),
-                        None => finding
-                            .at(span, "no text is allowed here")
-                            .help("delete it, or write it as a comment"),
-                    }
-                });
+                self.report_text(node, child);
             }
             if !child.is_element() || matches!(tag(child), "addData" | "documentation") {
                 continue;
@@ -123,6 +91,46 @@ impl Reader<'_, '_> {
                 (None, _) => self.check(child, kind, unit),
             }
         }
+    }
+
+    /// Refuses blocks whose meaning is in the tool that drew them.
+    fn check_block(&mut self, node: Node<'_, '_>, kind: &str, unit: &mut Unit) {
+        if kind == "vendorElement"
+            && node.descendants().any(|one| matches!(tag(one), "connection" | "expression"))
+        {
+            unit.refuse(
+                "a connected <vendorElement>",
+                self.span(node),
+                "express its function with standard elements",
+            );
+        }
+        // CODESYS and TwinCAT draw calls of programs and actions, and statements, as blocks.
+        let calls = node.descendants().filter(|one| kind == "block" && tag(*one) == "CallType");
+        for call in calls.filter_map(|one| one.text()).map(str::trim) {
+            if !matches!(call, "operator" | "function" | "functionblock") {
+                let help = "move its content to an action or a function block";
+                unit.refuse(format!("a block with the call type `{call}`"), self.span(node), help);
+            }
+        }
+    }
+
+    /// Reports text in an element that has none.
+    fn report_text(&mut self, node: Node<'_, '_>, text: Node<'_, '_>) {
+        let (span, name) = (xml::node_span(self.file, text), tag(node).to_owned());
+        let ty = type_name(node).map(str::to_owned);
+        self.report(|| {
+            let finding =
+                Diagnostic::error(codes::PLC_MARKUP, format!("unexpected text in <{name}>"));
+            match ty {
+                Some(ty) => finding
+                    .at(span, "a type is an element, not text")
+                    .help(format!("write <{name}><{ty}/></{name}>"))
+                    .fix(span, format!("<{ty}/>")),
+                None => finding
+                    .at(span, "no text is allowed here")
+                    .help("delete it, or write it as a comment"),
+            }
+        });
     }
 
     fn misplaced(&mut self, child: Node<'_, '_>, parent: Node<'_, '_>, rule: &Rule) {
@@ -182,12 +190,7 @@ impl Reader<'_, '_> {
                         format!("<{name}> has no attribute `{word}`"),
                     )
                     .at(span, "");
-                    match near {
-                        Some(near) => {
-                            finding.help(format!("did you mean `{near}`?")).fix(span, near)
-                        }
-                        None => finding.help("delete it"),
-                    }
+                    finding.near(span, near, "delete it")
                 });
                 continue;
             };

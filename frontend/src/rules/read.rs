@@ -272,12 +272,7 @@ fn unknown_list(parser: &mut Parser<'_>) -> ErrorReported {
     let near = nearest(word, LISTS.into_iter().chain(["Transitions", "Steps"]));
     parser.report(|| {
         let finding = Diagnostic::error(codes::UNKNOWN_WORD, format!("unknown part `{}` of the rules", short(word)));
-        match near {
-            Some(near) => finding.at(span, format!("did you mean `{near}`?")).fix(span, near),
-            None => finding
-                .at(span, "unknown here")
-                .help("the lists are Step, Transition, Input, Output and Marking; rules follow `Transitions:` and `Steps:`"),
-        }
+        finding.unknown_word(span, near, "the lists are Step, Transition, Input, Output and Marking; rules follow `Transitions:` and `Steps:`")
     });
     ErrorReported
 }

@@ -4,14 +4,14 @@ use itertools::Itertools as _;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-use grafsynth_ir::Span;
 use grafsynth_ir::chart::{
-    ActionHow, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path, SettingKind,
-    Step, StepItem, StepItemKind, StepRole, Transition,
+    Action, ActionHow, Board, Chart, Declaration, DeclarationKind, Design, Expr, Item, Leaf, Path,
+    SettingKind, Step, StepItem, StepItemKind, StepRole, Transition,
 };
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::expr::{ExprKind, Type};
 use grafsynth_ir::net::{Meta, Net, Policy};
+use grafsynth_ir::{Name, Span};
 
 use crate::codes;
 use crate::graf::names::{self, Position, is_writable};
@@ -48,6 +48,34 @@ fn cannot(message: impl Into<String>, span: Span) -> Diagnostic {
         .help("use `.graf` or `.net`, which can express every chart")
 }
 
+/// An object that rules have no word for.
+fn inexpressible(kind: &str, name: &Name, of: &str) -> Diagnostic {
+    cannot(format!("rules cannot express {kind} `{name}`{of}"), name.span)
+}
+
+/// The line with name and label of the chart, unless the chart has neither.
+fn chart_line(chart: &Chart) -> Option<String> {
+    let (name, meta) = (&chart.name.text, attributes(&chart.meta));
+    let is_empty = chart.is_unnamed && meta.is_empty();
+    (!is_empty).then(|| format!("chart {}{meta}", names::name(name, Position::Anywhere)))
+}
+
+/// True for the default settings of rules.
+fn is_default(setting: &SettingKind) -> bool {
+    matches!(
+        setting,
+        SettingKind::Tick(10_000_000)
+            | SettingKind::Conflict(Policy::PriorityAge)
+            | SettingKind::EvolutionSingle
+    )
+}
+
+fn board_text(board: &Board) -> String {
+    let pin = |(name, pin): &(Name, _)| format!("{} {pin}", names::signal(&name.text));
+    let device = names::name(&board.device.text, Position::Anywhere);
+    format!("device {device} {{ {} }}", board.pins.iter().map(pin).join("  "))
+}
+
 struct Writer {
     text: Text,
     findings: Vec<Diagnostic>,
@@ -70,13 +98,7 @@ struct Flat<'a> {
 impl Writer {
     fn chart(&mut self, chart: &Chart) -> String {
         let mut options: Vec<String> = Vec::new();
-        if !chart.is_unnamed || !attributes(&chart.meta).is_empty() {
-            options.push(format!(
-                "chart {}{}",
-                names::name(&chart.name.text, Position::Anywhere),
-                attributes(&chart.meta)
-            ));
-        }
+        options.extend(chart_line(chart));
         let mut flat = Flat::default();
         let mut behind = Vec::new();
         let mut before = Vec::new();
@@ -87,14 +109,7 @@ impl Writer {
             match item {
                 Item::Setting(setting) => {
                     has_policy |= matches!(setting.kind, SettingKind::Conflict(_));
-                    // The default settings of rules.
-                    let is_default = matches!(
-                        setting.kind,
-                        SettingKind::Tick(10_000_000)
-                            | SettingKind::Conflict(Policy::PriorityAge)
-                            | SettingKind::EvolutionSingle
-                    );
-                    if !is_default {
+                    if !is_default(&setting.kind) {
                         options.push(setting_text(setting));
                     }
                 }
@@ -109,17 +124,8 @@ impl Writer {
                     flat.declarations.push(declaration);
                 }
                 Item::Step(step) => {
-                    let reacts =
-                        step.body.iter().find(|it| matches!(it.kind, StepItemKind::On { .. }));
-                    if let (Some(reaction), Some(transition)) = (reacts, with_list) {
-                        let name = transition.name.as_ref().map_or("", |name| &name.text);
-                        self.findings.push(cannot(
-                            format!(
-                                "the reactions of `{}` run after the list of transition `{name}`, but rules would run them before it",
-                                step.name
-                            ),
-                            reaction.span,
-                        ));
+                    if let Some(transition) = with_list {
+                        self.check_reactions(step, transition);
                     }
                     flat.steps.push(step);
                 }
@@ -130,24 +136,7 @@ impl Writer {
                     flat.transitions.push(transition);
                 }
                 Item::Action(action) => {
-                    let list = match action.body.as_slice() {
-                        [] => Some(String::new()),
-                        _ => self.text.list(&action.body).map(|list| format!(" {list}")),
-                    };
-                    match list {
-                        Some(list) => before.push(format!(
-                            "action {}{}{list}",
-                            names::name(&action.name.text, Position::Anywhere),
-                            attributes(&action.meta)
-                        )),
-                        None => self.findings.push(cannot(
-                            format!(
-                                "rules cannot contain a list with several lines: `{}`",
-                                action.name
-                            ),
-                            action.name.span,
-                        )),
-                    }
+                    before.extend(self.action(action));
                 }
                 Item::Emergency(emergency) => {
                     self.text.exprs.signs = true;
@@ -158,41 +147,25 @@ impl Writer {
                     behind.push(self.text.property(property));
                 }
                 Item::Place(place) => behind.push(place_text(place)),
-                Item::Board(board) => {
-                    let pins = board
-                        .pins
-                        .iter()
-                        .map(|(name, pin)| format!("{} {pin}", names::signal(&name.text)))
-                        .join("  ");
-                    behind.push(format!(
-                        "device {} {{ {} }}",
-                        names::name(&board.device.text, Position::Anywhere),
-                        pins
-                    ));
-                }
+                Item::Board(board) => behind.push(board_text(board)),
                 // Reported at the macro-step that uses it.
                 Item::Macro(_) => {}
-                Item::MacroStep(one) => self.findings.push(
-                    cannot(
-                        format!("rules cannot express macro-step `{}`", one.name),
-                        one.name.span,
-                    )
-                    .help("replace the macro-step by the steps of its macro, or use `.graf` or `.net`"),
-                ),
-                Item::Enclosing(one) => {
-                    self.findings.push(cannot(
-                        format!("rules cannot express enclosing step `{}`", one.step.name),
-                        one.step.name.span,
-                    ));
+                Item::MacroStep(one) => {
+                    let help = "replace the macro-step by the steps of its macro, or use `.graf` or `.net`";
+                    let finding = inexpressible("macro-step", &one.name, "");
+                    self.findings.push(finding.help(help));
                 }
-                Item::Use(one) => self.findings.push(cannot(
-                    format!("rules cannot express instance `{}` of a library chart", one.name),
-                    one.name.span,
-                )),
-                Item::State(one) => self.findings.push(cannot(
-                    format!("rules cannot express state `{}` of a statechart", one.step.name),
-                    one.step.name.span,
-                )),
+                Item::Enclosing(one) => {
+                    self.findings.push(inexpressible("enclosing step", &one.step.name, ""));
+                }
+                Item::Use(one) => {
+                    let of = " of a library chart";
+                    self.findings.push(inexpressible("instance", &one.name, of));
+                }
+                Item::State(one) => {
+                    let of = " of a statechart";
+                    self.findings.push(inexpressible("state", &one.step.name, of));
+                }
             }
         }
         // The default policy of a chart differs from that of rules; the default evolution is the same.
@@ -201,6 +174,35 @@ impl Writer {
         }
         before.append(&mut behind);
         self.rules(&flat, options, before)
+    }
+
+    /// Checks that a step after the first transition with actions has no reactions: rules would run them before these actions.
+    fn check_reactions(&mut self, step: &Step, transition: &Transition) {
+        let reacts = step.body.iter().find(|it| matches!(it.kind, StepItemKind::On { .. }));
+        let Some(reaction) = reacts else { return };
+        let name = transition.name.as_ref().map_or("", |name| &name.text);
+        self.findings.push(cannot(
+            format!(
+                "the reactions of `{}` run after the list of transition `{name}`, but rules would run them before it",
+                step.name
+            ),
+            reaction.span,
+        ));
+    }
+
+    /// The line of an action with its list.
+    fn action(&mut self, action: &Action) -> Option<String> {
+        let list = match action.body.as_slice() {
+            [] => Some(String::new()),
+            _ => self.text.list(&action.body).map(|list| format!(" {list}")),
+        };
+        let Action { name, meta, .. } = action;
+        if list.is_none() {
+            let message = format!("rules cannot contain a list with several lines: `{name}`");
+            self.findings.push(cannot(message, name.span));
+        }
+        let name = names::name(&name.text, Position::Anywhere);
+        list.map(|list| format!("action {name}{}{list}", attributes(meta)))
     }
 
     fn rules(&mut self, flat: &Flat<'_>, mut options: Vec<String>, behind: Vec<String>) -> String {

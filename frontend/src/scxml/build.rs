@@ -427,39 +427,52 @@ impl<'m> Builder<'m, '_> {
                 }
             }
             ActKind::If { arms, otherwise } => {
-                if self.depth + arms.len() > self.nesting {
-                    let most = self.nesting;
-                    self.found.report(|| {
-                        Diagnostic::error(
-                            codes::NESTING,
-                            format!("choices are nested deeper than {most} levels; each <elseif> counts as one"),
-                        )
-                        .at(span, "")
-                        .help("split it into several <if> elements")
-                    });
-                    return;
-                }
-                self.depth += arms.len();
-                let mut rest = self.block(otherwise);
-                self.depth -= arms.len();
-                let mut lowered = Vec::with_capacity(arms.len());
-                for (index, (condition, acts)) in arms.iter().enumerate() {
-                    self.depth += index + 1;
-                    lowered.push((self.condition(condition), self.block(acts)));
-                    self.depth -= index + 1;
-                }
-                // The arms are processed from the last to the first: each arm becomes the `else` of the one before it.
-                for (index, (condition, then)) in lowered.into_iter().enumerate().rev() {
-                    let Some(condition) = condition else { continue };
-                    let kind = StmtKind::If { condition, then, otherwise: rest };
-                    rest = vec![Stmt { kind, span: arms[index].0.span }];
-                }
-                out.append(&mut rest);
+                self.choices(span, arms, otherwise, out);
             }
             ActKind::Foreach { array, item, index, body } => {
                 self.foreach(span, array, item, index.as_ref(), body, out);
             }
         }
+    }
+
+    /// An `<if>` with its `<elseif>` and `<else>`.
+    fn choices(
+        &mut self,
+        span: Span,
+        arms: &'m [(Ast, Vec<Act>)],
+        otherwise: &'m [Act],
+        out: &mut Vec<Stmt>,
+    ) {
+        if self.depth + arms.len() > self.nesting {
+            let most = self.nesting;
+            self.found.report(|| {
+                Diagnostic::error(
+                    codes::NESTING,
+                    format!(
+                        "choices are nested deeper than {most} levels; each <elseif> counts as one"
+                    ),
+                )
+                .at(span, "")
+                .help("split it into several <if> elements")
+            });
+            return;
+        }
+        self.depth += arms.len();
+        let mut rest = self.block(otherwise);
+        self.depth -= arms.len();
+        let mut lowered = Vec::with_capacity(arms.len());
+        for (index, (condition, acts)) in arms.iter().enumerate() {
+            self.depth += index + 1;
+            lowered.push((self.condition(condition), self.block(acts)));
+            self.depth -= index + 1;
+        }
+        // The arms are processed from the last to the first: each arm becomes the `else` of the one before it.
+        for (index, (condition, then)) in lowered.into_iter().enumerate().rev() {
+            let Some(condition) = condition else { continue };
+            let kind = StmtKind::If { condition, then, otherwise: rest };
+            rest = vec![Stmt { kind, span: arms[index].0.span }];
+        }
+        out.append(&mut rest);
     }
 
     fn assign(

@@ -60,6 +60,47 @@ fn head(name: &str) -> &str {
     name.split('.').next().unwrap_or(name)
 }
 
+/// The events that a document names, in the source order of their first mentions. `raised` are those that it raises or sends.
+fn mentioned<'a>(machine: &'a Machine, raised: &'a BTreeMap<String, Span>) -> Vec<(&'a str, Span)> {
+    let mut waited: Vec<&Name> = Vec::new();
+    machine.each_state(&mut |state| {
+        for child in &state.children {
+            if let Child::Transition(transition) = child {
+                waited.extend(&transition.events);
+            }
+        }
+    });
+    let mut wanted: Vec<(&str, Span)> = Vec::new();
+    // Plain names first: a descriptor with an asterisk matches the events that others name.
+    let candidates: BTreeSet<&str> = waited
+        .iter()
+        .map(|name| stem(&name.text))
+        .filter(|(text, more)| !more && !matches!(head(text), "error" | "done"))
+        .map(|(text, _)| text)
+        .gather();
+    let names_others = |text: &str, more: bool| {
+        let prefix = format!("{text}.");
+        let follows = |name: Option<&str>| name.is_some_and(|name| name.starts_with(&prefix));
+        let after_raised = raised.range(prefix.clone()..).next().map(|(name, _)| name.as_str());
+        let after_waited = candidates.range(prefix.as_str()..).next().copied();
+        follows(after_raised) || more && follows(after_waited)
+    };
+    for name in &waited {
+        let (text, more) = stem(&name.text);
+        if text.is_empty() || matches!(head(text), "error" | "done") {
+            continue;
+        }
+        if raised.contains_key(text) || !names_others(text, more) {
+            wanted.push((text, name.span));
+        }
+    }
+    wanted.extend(raised.iter().map(|(name, span)| (name.as_str(), *span)));
+    wanted.extend(machine.settings.inputs.iter().map(|name| (name.text.as_str(), name.span)));
+    // The events are in the source order of their first mentions.
+    wanted.sort_by_key(|(_, span)| span.start);
+    wanted
+}
+
 impl Alphabet {
     /// Collects the events of a document.
     pub(super) fn of(machine: &Machine, names: &mut Names, found: &mut Findings) -> Alphabet {
@@ -69,48 +110,12 @@ impl Alphabet {
                 raised.entry(event.text.clone()).or_insert(event.span);
             }
         });
-        let mut waited: Vec<&Name> = Vec::new();
-        machine.each_state(&mut |state| {
-            for child in &state.children {
-                if let Child::Transition(transition) = child {
-                    waited.extend(&transition.events);
-                }
-            }
-        });
         let outside: BTreeSet<&str> =
             machine.settings.inputs.iter().map(|name| name.text.as_str()).gather();
         let inside: BTreeSet<&str> =
             machine.settings.internals.iter().map(|name| name.text.as_str()).gather();
         let mut alphabet = Alphabet::default();
-        let mut wanted: Vec<(&str, Span)> = Vec::new();
-        // Plain names first: a descriptor with an asterisk matches the events that others name.
-        let candidates: BTreeSet<&str> = waited
-            .iter()
-            .map(|name| stem(&name.text))
-            .filter(|(text, more)| !more && !matches!(head(text), "error" | "done"))
-            .map(|(text, _)| text)
-            .gather();
-        let names_others = |text: &str, more: bool| {
-            let prefix = format!("{text}.");
-            let follows = |name: Option<&str>| name.is_some_and(|name| name.starts_with(&prefix));
-            let after_raised = raised.range(prefix.clone()..).next().map(|(name, _)| name.as_str());
-            let after_waited = candidates.range(prefix.as_str()..).next().copied();
-            follows(after_raised) || more && follows(after_waited)
-        };
-        for name in &waited {
-            let (text, more) = stem(&name.text);
-            if text.is_empty() || matches!(head(text), "error" | "done") {
-                continue;
-            }
-            if raised.contains_key(text) || !names_others(text, more) {
-                wanted.push((text, name.span));
-            }
-        }
-        wanted.extend(raised.iter().map(|(name, span)| (name.as_str(), *span)));
-        wanted.extend(machine.settings.inputs.iter().map(|name| (name.text.as_str(), name.span)));
-        // The events are in the source order of their first mentions.
-        wanted.sort_by_key(|(_, span)| span.start);
-        for (text, span) in wanted {
+        for (text, span) in mentioned(machine, &raised) {
             if alphabet.by_name.contains_key(text) {
                 continue;
             }

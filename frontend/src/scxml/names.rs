@@ -160,20 +160,21 @@ impl Names {
         let finding =
             Diagnostic::error(codes::SCXML_TARGET, format!("no state has the identifier `{id}`"))
                 .at(span, "");
-        match nearest(id, self.states.keys().take(10_000).map(String::as_str)) {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(span, near),
-            None => finding.help(format!(
-                "add it, as in <state id=\"{id}\"/>, or write the identifier of another state"
-            )),
-        }
+        finding.near(
+            span,
+            nearest(id, self.states.keys().take(10_000).map(String::as_str)),
+            format!("add it, as in <state id=\"{id}\"/>, or write the identifier of another state"),
+        )
     }
 }
 
 pub(super) fn twice(id: &Name, first: Span) -> Diagnostic {
-    Diagnostic::error(codes::SCXML_TWICE, format!("the identifier `{id}` is given twice"))
-        .at(id.span, "again here")
-        .at(first, "first here")
-        .help("rename one of them")
+    Diagnostic::twice(
+        codes::SCXML_TWICE,
+        format!("the identifier `{id}` is given twice"),
+        [id.span, first],
+        "rename one of them",
+    )
 }
 
 /// Whether the completion of a state can be observed: SCXML raises `done.state` for it.

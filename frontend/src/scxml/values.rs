@@ -17,7 +17,7 @@ use grafsynth_ir::{Name, Span};
 use super::expr::{Ast, AstKind, Language};
 use super::names::Names;
 use super::refuse;
-use super::tree::{Act, ActKind, Machine, Role};
+use super::tree::{Act, ActKind, Datum, Machine, Role};
 use crate::codes;
 use crate::findings::Findings;
 
@@ -86,6 +86,34 @@ impl Var {
     }
 }
 
+impl Datum {
+    /// Checks that the initial values are of one kind, and within the range.
+    fn check(&self, init: &[Value], kind: Option<Kind>, found: &mut Findings) {
+        if let Some(odd) = init.iter().find(|value| Some(value.kind()) != kind) {
+            let odd = if odd.kind() == Kind::Bool { "a Boolean" } else { "a number" };
+            let span = self.value.as_ref().map_or(self.id.span, |value| value.span);
+            let message = format!(
+                "`{}` mixes numbers and Booleans: one of its initial values is {odd}",
+                self.id
+            );
+            let help = "write only numbers or only true and false, or use two arrays";
+            found.report(|| kind_error(span, message).help(help));
+        }
+        let Some((lo, hi)) = self.range else { return };
+        for value in init.iter().map(|value| value.number()).filter(|it| *it < lo || *it > hi) {
+            found.report(|| {
+                let message = format!(
+                    "the initial value {value} of `{}` is outside its range {lo}..{hi}",
+                    self.id
+                );
+                Diagnostic::error(codes::SCXML_RANGE, message)
+                    .at(self.id.span, "")
+                    .help(format!("write an initial value in this range, or a range that contains it, as in g:range=\"{}..{}\"", lo.min(value), hi.max(value)))
+            });
+        }
+    }
+}
+
 /// All data of a document.
 #[derive(Debug)]
 pub(super) struct Data {
@@ -117,37 +145,7 @@ impl Data {
             if datum.range.is_some() {
                 kind = Some(Kind::Int);
             }
-            if let Some(odd) = init.iter().find(|value| Some(value.kind()) != kind) {
-                let odd = if odd.kind() == Kind::Bool { "a Boolean" } else { "a number" };
-                let span = datum.value.as_ref().map_or(datum.id.span, |value| value.span);
-                found.report(|| {
-                    kind_error(
-                        span,
-                        format!(
-                            "`{}` mixes numbers and Booleans: one of its initial values is {odd}",
-                            datum.id
-                        ),
-                    )
-                    .help("write only numbers or only true and false, or use two arrays")
-                });
-            }
-            if let Some((lo, hi)) = datum.range {
-                for value in init.iter().map(|value| value.number()) {
-                    if value < lo || value > hi {
-                        found.report(|| {
-                            Diagnostic::error(
-                                codes::SCXML_RANGE,
-                                format!(
-                                    "the initial value {value} of `{}` is outside its range {lo}..{hi}",
-                                    datum.id
-                                ),
-                            )
-                            .at(datum.id.span, "")
-                            .help(format!("write an initial value in this range, or a range that contains it, as in g:range=\"{}..{}\"", lo.min(value), hi.max(value)))
-                        });
-                    }
-                }
-            }
+            datum.check(&init, kind, found);
             let name = names.fresh(&datum.id.text, "");
             data.add(
                 datum.id.text.clone(),
@@ -413,11 +411,7 @@ impl Data {
     /// Converts an expression used as a condition: in both languages, a number is true unless it is 0.
     fn truth(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
         let (expr, kind) = self.value(ast, names, true, known)?;
-        let span = expr.span;
-        Ok(match kind {
-            Kind::Bool => expr,
-            Kind::Int => Expr::compare(CompareOp::Ne, expr, Expr::new(ExprKind::Int(0), span)),
-        })
+        Ok(truth_of(expr, kind))
     }
 
     fn number(&self, ast: &Ast, names: &Names, known: Known<'_>) -> Result<Expr, Box<Diagnostic>> {
@@ -436,63 +430,16 @@ impl Data {
     ) -> Result<(Expr, Kind), Box<Diagnostic>> {
         let span = ast.span;
         let made = |kind, is| Ok((Expr::new(kind, span), is));
+        let number = |ast| self.number(ast, names, known).map(Box::new);
+        let truth = |ast| self.truth(ast, names, known).map(Box::new);
         match &ast.kind {
             AstKind::Bool(value) => made(ExprKind::Bool(*value), Kind::Bool),
             AstKind::Int(value) => made(ExprKind::Int(*value), Kind::Int),
-            AstKind::Name(name) => {
-                if let Some(value) = known(self, name, None) {
-                    return Ok((value.expr(span), value.kind()));
-                }
-                let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
-                if var.is_array {
-                    return Err(Box::new(
-                        kind_error(span, format!("the array `{name}` cannot be used as a value"))
-                            .help(format!("use one of its elements: `{name}[0]`")),
-                    ));
-                }
-                let path = Path::from(Name::new(var.name.as_str(), span));
-                made(ExprKind::Leaf(Leaf::Name(path)), var.kind())
-            }
-            AstKind::Element(name, index) => {
-                let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
-                if !var.is_array {
-                    return Err(Box::new(
-                        kind_error(span, format!("`{name}` is not an array"))
-                            .help(format!("write `{name}` without an index")),
-                    ));
-                }
-                let index = self.number(index, names, known)?;
-                let folded = grafsynth_ir::simplify::simplify(&index);
-                if let ExprKind::Int(at) = folded.kind {
-                    if let Some(value) = known(self, name, Some(at)) {
-                        return Ok((value.expr(span), value.kind()));
-                    }
-                    if !(0..var.init.len() as i64).contains(&at) {
-                        let last = var.init.len().saturating_sub(1);
-                        return Err(Box::new(
-                            kind_error(
-                                index.span,
-                                format!(
-                                    "index {at} is out of range: `{name}` has the elements 0..{last}"
-                                ),
-                            )
-                            .help("write an index in this range, or add elements to the array"),
-                        ));
-                    }
-                    if !var.is_assigned
-                        && let Some(value) =
-                            usize::try_from(at).ok().and_then(|at| var.init.get(at))
-                    {
-                        return Ok((value.expr(span), value.kind()));
-                    }
-                }
-                let path = Path::from(Name::new(var.name.as_str(), span));
-                made(ExprKind::Element(Leaf::Name(path), Box::new(index)), var.kind())
-            }
+            AstKind::Name(name) => self.named(name, span, names, known),
+            AstKind::Element(name, index) => self.element((name, span), index, names, known),
             AstKind::In(id, place) => {
-                let Some(state) = names.states.get(id) else {
-                    return Err(Box::new(names.unknown(id, *place)));
-                };
+                let state =
+                    names.states.get(id).ok_or_else(|| Box::new(names.unknown(id, *place)))?;
                 if state.is_history {
                     // A history is never active (W3C test assertion 580).
                     return made(ExprKind::Bool(false), Kind::Bool);
@@ -504,89 +451,135 @@ impl Data {
             AstKind::Array(_) => {
                 Err(refuse(span, "an array as a value", "use one of its elements"))
             }
-            AstKind::Not(inner) => {
-                let inner = Box::new(self.truth(inner, names, known)?);
-                made(ExprKind::Not(inner), Kind::Bool)
-            }
+            AstKind::Not(inner) => made(ExprKind::Not(truth(inner)?), Kind::Bool),
             AstKind::And(all) | AstKind::Or(all) => {
-                let mut operands = Vec::with_capacity(all.len());
-                for one in all {
-                    let (expr, kind) = self.value(one, names, as_truth, known)?;
-                    if kind == Kind::Int && !as_truth && self.language == Language::Ecmascript {
-                        return Err(Box::new(
-                            kind_error(
-                                one.span,
-                                "`&&` and `||` of numbers give a number in ECMAScript".to_owned(),
-                            )
-                            .help("compare the number with something, as in `n != 0`"),
-                        ));
-                    }
-                    let operand_span = expr.span;
-                    operands.push(match kind {
-                        Kind::Bool => expr,
-                        Kind::Int => Expr::compare(
-                            CompareOp::Ne,
-                            expr,
-                            Expr::new(ExprKind::Int(0), operand_span),
-                        ),
-                    });
-                }
-                let kind = if matches!(ast.kind, AstKind::And(_)) {
-                    ExprKind::And(operands)
-                } else {
-                    ExprKind::Or(operands)
-                };
-                made(kind, Kind::Bool)
+                let operand = |one| self.operand(one, names, as_truth, known);
+                let operands = all.iter().map(operand).collect::<Result<_, _>>()?;
+                let is_and = matches!(ast.kind, AstKind::And(_));
+                let join = if is_and { ExprKind::And } else { ExprKind::Or };
+                made(join(operands), Kind::Bool)
             }
-            AstKind::Neg(inner) => {
-                let inner = Box::new(self.number(inner, names, known)?);
-                made(ExprKind::Neg(inner), Kind::Int)
-            }
+            AstKind::Neg(inner) => made(ExprKind::Neg(number(inner)?), Kind::Int),
             AstKind::Arith(op, a, b) => {
-                let a = Box::new(self.number(a, names, known)?);
-                let b = Box::new(self.number(b, names, known)?);
+                let (a, b) = (number(a)?, number(b)?);
                 if matches!(op, ArithOp::Div | ArithOp::Mod)
                     && matches!(grafsynth_ir::simplify::simplify(&b).kind, ExprKind::Int(0))
                 {
-                    return Err(Box::new(
-                        kind_error(b.span, "the divisor is 0".to_owned())
-                            .help("write another divisor"),
-                    ));
+                    let message = "the divisor is 0".to_owned();
+                    return Err(mismatch(b.span, message, "write another divisor"));
                 }
                 made(ExprKind::Arith(*op, a, b), Kind::Int)
             }
             AstKind::Bitwise(op, a, b) => {
-                let (a, b) = (self.number(a, names, known)?, self.number(b, names, known)?);
+                let (a, b) = (*number(a)?, *number(b)?);
                 Ok((self.bitwise(*op, a, b, span), Kind::Int))
             }
             AstKind::Compare(op, a, b) => {
                 let (a, a_kind) = self.value(a, names, false, known)?;
                 let (b, b_kind) = self.value(b, names, false, known)?;
                 let equality = matches!(op, CompareOp::Eq | CompareOp::Ne);
-                let (a, b) = if a_kind == b_kind && (equality || a_kind == Kind::Int) {
-                    (a, b)
-                } else {
-                    let message = || "a number cannot be compared with a Boolean".to_owned();
-                    (
-                        self.converted(a, a_kind, Kind::Int, message)?,
-                        self.converted(b, b_kind, Kind::Int, message)?,
-                    )
+                let message = "a number cannot be compared with a Boolean";
+                let are_alike = a_kind == b_kind && (equality || a_kind == Kind::Int);
+                let (a, b) = match (a, b) {
+                    both if are_alike => both,
+                    (a, b) => self.numbers((a, a_kind), (b, b_kind), message)?,
                 };
                 made(ExprKind::Compare(*op, Box::new(a), Box::new(b)), Kind::Bool)
             }
             AstKind::Choice(condition, a, b) => {
-                let condition = Box::new(self.truth(condition, names, known)?);
+                let condition = truth(condition)?;
                 let (a, a_kind) = self.value(a, names, as_truth, known)?;
                 let (b, b_kind) = self.value(b, names, as_truth, known)?;
                 if a_kind == b_kind {
                     return made(ExprKind::Select(condition, Box::new(a), Box::new(b)), a_kind);
                 }
-                let message = || "one branch is a number, the other a Boolean".to_owned();
-                let a = self.converted(a, a_kind, Kind::Int, message)?;
-                let b = self.converted(b, b_kind, Kind::Int, message)?;
+                let message = "one branch is a number, the other a Boolean";
+                let (a, b) = self.numbers((a, a_kind), (b, b_kind), message)?;
                 made(ExprKind::Select(condition, Box::new(a), Box::new(b)), Kind::Int)
             }
         }
+    }
+
+    /// A data element.
+    fn named(
+        &self,
+        name: &str,
+        span: Span,
+        names: &Names,
+        known: Known<'_>,
+    ) -> Result<(Expr, Kind), Box<Diagnostic>> {
+        if let Some(value) = known(self, name, None) {
+            return Ok((value.expr(span), value.kind()));
+        }
+        let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
+        if var.is_array {
+            let message = format!("the array `{name}` cannot be used as a value");
+            return Err(mismatch(span, message, format!("use one of its elements: `{name}[0]`")));
+        }
+        let path = Path::from(Name::new(var.name.as_str(), span));
+        Ok((Expr::new(ExprKind::Leaf(Leaf::Name(path)), span), var.kind()))
+    }
+
+    /// An element of an array; its value, if index and value are constant.
+    fn element(
+        &self,
+        (name, span): (&str, Span),
+        index: &Ast,
+        names: &Names,
+        known: Known<'_>,
+    ) -> Result<(Expr, Kind), Box<Diagnostic>> {
+        let var = self.get(name).ok_or_else(|| self.unknown(name, span, names))?;
+        if !var.is_array {
+            let message = format!("`{name}` is not an array");
+            return Err(mismatch(span, message, format!("write `{name}` without an index")));
+        }
+        let index = self.number(index, names, known)?;
+        if let ExprKind::Int(at) = grafsynth_ir::simplify::simplify(&index).kind {
+            if let Some(value) = known(self, name, Some(at)) {
+                return Ok((value.expr(span), value.kind()));
+            }
+            let Some(value) = usize::try_from(at).ok().and_then(|at| var.init.get(at)) else {
+                let last = var.init.len().saturating_sub(1);
+                let message =
+                    format!("index {at} is out of range: `{name}` has the elements 0..{last}");
+                let help = "write an index in this range, or add elements to the array";
+                return Err(mismatch(index.span, message, help));
+            };
+            if !var.is_assigned {
+                return Ok((value.expr(span), value.kind()));
+            }
+        }
+        let path = Path::from(Name::new(var.name.as_str(), span));
+        let element = ExprKind::Element(Leaf::Name(path), Box::new(index));
+        Ok((Expr::new(element, span), var.kind()))
+    }
+
+    /// An operand of `&&` or `||` as a Boolean.
+    fn operand(
+        &self,
+        ast: &Ast,
+        names: &Names,
+        as_truth: bool,
+        known: Known<'_>,
+    ) -> Result<Expr, Box<Diagnostic>> {
+        let (expr, kind) = self.value(ast, names, as_truth, known)?;
+        if kind == Kind::Int && !as_truth && self.language == Language::Ecmascript {
+            let message = "`&&` and `||` of numbers give a number in ECMAScript".to_owned();
+            let help = "compare the number with something, as in `n != 0`";
+            return Err(mismatch(ast.span, message, help));
+        }
+        Ok(truth_of(expr, kind))
+    }
+
+    /// Two expressions of different kinds as numbers.
+    fn numbers(
+        &self,
+        (a, a_kind): (Expr, Kind),
+        (b, b_kind): (Expr, Kind),
+        message: &str,
+    ) -> Result<(Expr, Expr), Box<Diagnostic>> {
+        let number = |expr, kind| self.converted(expr, kind, Kind::Int, || message.to_owned());
+        Ok((number(a, a_kind)?, number(b, b_kind)?))
     }
 
     pub(super) fn unknown(&self, name: &str, span: Span, names: &Names) -> Box<Diagnostic> {
@@ -745,6 +738,19 @@ impl Leaves<Leaf> for Ranges<'_> {
     fn array(&mut self, leaf: &Leaf, span: Span) -> Result<(Type, Option<u32>), TypeError> {
         self.of(leaf, span).map(|ty| (ty, None))
     }
+}
+
+/// Whether a value is true: a number, if it is not 0.
+fn truth_of(expr: Expr, kind: Kind) -> Expr {
+    let span = expr.span;
+    match kind {
+        Kind::Bool => expr,
+        Kind::Int => Expr::compare(CompareOp::Ne, expr, Expr::new(ExprKind::Int(0), span)),
+    }
+}
+
+fn mismatch(span: Span, message: String, help: impl Into<String>) -> Box<Diagnostic> {
+    Box::new(kind_error(span, message).help(help))
 }
 
 fn kind_error(span: Span, message: String) -> Diagnostic {

@@ -345,13 +345,9 @@ impl<'c> Writer<'c> {
                 Item::Use(one) => self.refuse("an instance of a library chart", one.name.span),
                 Item::Action(one) => self.refuse("a controlled action", one.name.span),
                 Item::Emergency(one) => self.refuse("an emergency", one.meta.span),
-                Item::Property(one) => {
-                    self.lose("a property is omitted from the document", one.meta.span)
-                }
-                Item::Place(one) => {
-                    self.lose("a partition request is omitted from the document", one.span);
-                }
-                Item::Board(one) => self.lose("the board is omitted from the document", one.span),
+                Item::Property(one) => self.omit("a property", one.meta.span),
+                Item::Place(one) => self.omit("a partition request", one.span),
+                Item::Board(one) => self.omit("the board", one.span),
             }
         }
     }
@@ -466,32 +462,19 @@ impl<'c> Writer<'c> {
             let (ty, values, len, role) = match &declaration.kind {
                 DeclarationKind::Input { ty, synchronous } => {
                     if *synchronous {
-                        self.lose(
-                            format!(
-                                "the property `synchronous` of input {name} is omitted from the document"
-                            ),
-                            span,
-                        );
+                        self.omit(&format!("the property `synchronous` of input {name}"), span);
                     }
                     (*ty, vec![0], None, " g:role=\"input\"")
                 }
                 DeclarationKind::Output { ty, registered, mealy, safe, .. } => {
                     if safe.is_some() {
-                        self.lose(
-                            format!("the safe value of {name} is omitted from the document"),
-                            span,
-                        );
+                        self.omit(&format!("the safe value of {name}"), span);
                     }
                     if *mealy {
                         self.refuse("a mealy output", span);
                     }
                     if *registered {
-                        self.lose(
-                            format!(
-                                "the property `registered` of output {name} is omitted from the document"
-                            ),
-                            span,
-                        );
+                        self.omit(&format!("the property `registered` of output {name}"), span);
                     }
                     let output = self.net.outputs.values().find(|output| output.name.text == name);
                     let init = output.and_then(|output| match output.driver {
@@ -542,9 +525,14 @@ impl<'c> Writer<'c> {
         self.close("datamodel");
     }
 
+    /// Notes that the document does not contain something.
+    fn omit(&mut self, what: &str, span: Span) {
+        self.lose(format!("{what} is omitted from the document"), span);
+    }
+
     fn tags(&mut self, tags: &[String], span: Span) {
         if !tags.is_empty() {
-            self.lose("a requirement tag is omitted from the document", span);
+            self.omit("a requirement tag", span);
         }
     }
 
@@ -697,7 +685,7 @@ impl<'c> Writer<'c> {
                     self.refuse("`after`: send an event with a delay when the state is entered, and cancel it when it is left", transition.meta.span);
                 }
                 if transition.deadline_ns.is_some() {
-                    self.lose("a deadline is omitted from the document", transition.meta.span);
+                    self.omit("a deadline", transition.meta.span);
                 }
                 if transition.priority.is_some() || transition.restart {
                     self.refuse("the priority or restart of a transition", transition.meta.span);

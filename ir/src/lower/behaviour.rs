@@ -48,6 +48,7 @@ pub(super) fn behaviour(lowering: &mut Lowering<'_>) {
     priorities_without_effect(lowering);
 }
 
+/// The lists, the tasks and the budget of a step.
 fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a chart::Step) {
     let mut budget: Option<(u32, Span)> = None;
     let mut tasks: Vec<Task> = Vec::new();
@@ -64,31 +65,19 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             }
             StepItemKind::Budget(number) => {
                 if let Some((_, first)) = budget {
-                    lowering.report(
-                        Diagnostic::error(
-                            codes::SETTING_TWICE,
-                            format!("step `{}` has two budgets", source.name),
-                        )
-                        .at(item.span, "again here")
-                        .at(first, "first here")
-                        .help("keep one of them"),
-                    );
+                    let message = format!("step `{}` has two budgets", source.name);
+                    let (code, spans) = (codes::SETTING_TWICE, [item.span, first]);
+                    lowering.report(Diagnostic::twice(code, message, spans, "keep one of them"));
                 } else {
                     budget = Some((*number, item.span));
                 }
             }
             StepItemKind::Task { name, cost, body } => {
                 if let Some(first) = tasks.iter().find(|task| task.name.text == name.text) {
-                    let first = first.name.span;
-                    lowering.report(
-                        Diagnostic::error(
-                            codes::DUPLICATE_NAME,
-                            format!("step `{}` has two tasks `{name}`", source.name),
-                        )
-                        .at(name.span, "again here")
-                        .at(first, "first here")
-                        .help("give one of them another name"),
-                    );
+                    let message = format!("step `{}` has two tasks `{name}`", source.name);
+                    let (code, spans) = (codes::DUPLICATE_NAME, [name.span, first.name.span]);
+                    let help = "give one of them another name";
+                    lowering.report(Diagnostic::twice(code, message, spans, help));
                 }
                 let body = lowering.block(scope, ListKind::Task, body);
                 let meta = Meta { span: item.span, ..Meta::default() };
@@ -96,9 +85,7 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
                     lowering.undeclared.insert(item.span);
                 }
                 let cost = cost.or_else(|| lowering.costs.of(item.span));
-                if cost.is_none() {
-                    unknown.push(name);
-                }
+                unknown.extend(cost.is_none().then_some(name));
                 tasks.push(Task { name: name.clone(), cost: cost.unwrap_or(0), body, meta });
             }
             StepItemKind::Code(code) => lowering.net.steps[id].code.push(code.clone()),
@@ -109,51 +96,53 @@ fn step<'a>(lowering: &mut Lowering<'a>, scope: ScopeId, id: StepId, source: &'a
             | StepItemKind::Force { .. } => {}
         }
     }
+    if let Some((limit, span)) = budget {
+        check_budget(lowering, &source.name, (limit, span), &tasks, &unknown);
+    }
+    if !tasks.is_empty() {
+        // Without a budget there is no bound on what a step may run (semantics §6).
+        lowering.net.steps[id].budget = budget.map_or(u32::MAX, |(limit, _)| limit);
+        lowering.net.steps[id].tasks = tasks;
+    }
+}
+
+/// Checks that a step with a budget has tasks, that their costs are known, and that each fits.
+fn check_budget(
+    lowering: &mut Lowering<'_>,
+    step: &Name,
+    (limit, span): (u32, Span),
+    tasks: &[Task],
+    unknown: &[&Name],
+) {
     if tasks.is_empty() {
-        if let Some((_, span)) = budget {
-            lowering.report(
-                Diagnostic::warning(
-                    codes::NO_EFFECT,
-                    format!("step `{}` has a budget but no task", source.name),
-                )
-                .plural(format!("`{}`", source.name), "steps", "have a budget and no task")
+        let message = format!("step `{step}` has a budget but no task");
+        lowering.report(
+            Diagnostic::warning(codes::NO_EFFECT, message)
+                .plural(format!("`{step}`"), "steps", "have a budget and no task")
                 .at(span, "")
                 .help("write `task NAME cost N { .. }` in it, or remove the budget"),
-            );
-        }
-        return;
+        );
     }
-    if let Some((number, span)) = budget {
-        for name in unknown {
-            lowering.report(
-                Diagnostic::error(
-                    codes::TASK_WITHOUT_COST,
-                    format!("task `{name}` has no cost, but its step `{}` has a budget of {number}", source.name),
-                )
+    for name in unknown {
+        let message =
+            format!("task `{name}` has no cost, but its step `{step}` has a budget of {limit}");
+        lowering.report(
+            Diagnostic::error(codes::TASK_WITHOUT_COST, message)
                 .at(name.span, "no `cost` here")
                 .at(span, "the budget")
                 .help("write `cost N` after its name, or select a machine with a cost model: `--for avr`"),
-            );
-        }
+        );
     }
-    // Without a budget there is no bound on what a step may run (semantics §6).
-    let limit = budget.map_or(u32::MAX, |(number, _)| number);
-    for task in tasks.iter().filter(|task| task.cost > limit) {
-        let mut finding = Diagnostic::error(
-            codes::BUDGET,
-            format!(
-                "task `{}` costs {}, but its step `{}` has a budget of {limit}",
-                task.name, task.cost, source.name
-            ),
-        )
-        .at(task.name.span, "can never run");
-        if let Some((_, span)) = budget {
-            finding = finding.at(span, "the budget");
-        }
-        lowering.report(finding.help("split the task, or raise the budget"));
+    for Task { name, cost, .. } in tasks.iter().filter(|task| task.cost > limit) {
+        let message =
+            format!("task `{name}` costs {cost}, but its step `{step}` has a budget of {limit}");
+        lowering.report(
+            Diagnostic::error(codes::BUDGET, message)
+                .at(name.span, "can never run")
+                .at(span, "the budget")
+                .help("split the task, or raise the budget"),
+        );
     }
-    lowering.net.steps[id].budget = limit;
-    lowering.net.steps[id].tasks = tasks;
 }
 
 fn reaction<'a>(

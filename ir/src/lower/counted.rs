@@ -66,6 +66,25 @@ pub(super) fn declare(
             "choose another setting: a number has no age, and several transitions change it one after the other",
         );
     }
+    check_body(lowering, source);
+    let step = &mut lowering.net.steps[id];
+    step.hidden = true;
+    step.is_initial = true;
+    let (full, meta) = (step.name.clone(), step.meta.clone());
+    let var = lowering.net.vars.push(Var {
+        name: full,
+        ty: Type::Int { lo: 0, hi: i64::from(most) },
+        len: None,
+        init: vec![i64::from(at_reset)],
+        origin: VarOrigin::Declared,
+        meta,
+    });
+    lowering.counted.insert(id, var);
+}
+
+/// A counted step can only drive outputs.
+fn check_body(lowering: &mut Lowering<'_>, source: &chart::Step) {
+    let name = &source.name;
     for item in &source.body {
         let what = match &item.kind {
             StepItemKind::Action { how, .. } => match how {
@@ -89,19 +108,6 @@ pub(super) fn declare(
             );
         }
     }
-    let step = &mut lowering.net.steps[id];
-    step.hidden = true;
-    step.is_initial = true;
-    let (full, meta) = (step.name.clone(), step.meta.clone());
-    let var = lowering.net.vars.push(Var {
-        name: full,
-        ty: Type::Int { lo: 0, hi: i64::from(most) },
-        len: None,
-        init: vec![i64::from(at_reset)],
-        origin: VarOrigin::Declared,
-        meta,
-    });
-    lowering.counted.insert(id, var);
 }
 
 fn refuse(lowering: &mut Lowering<'_>, span: Span, message: String, help: &str) {

@@ -34,13 +34,8 @@ pub(super) fn emergency(lowering: &mut Lowering<'_>) {
             continue;
         };
         lowering.report(
-            Diagnostic::error(
-                codes::EMERGENCY_TWICE,
-                "second emergency: a design can have only one, because it forces all outputs of all charts",
-            )
-            .at(span, "again here")
-            .at(first, "first here")
-            .help("combine the conditions with `or`"),
+            Diagnostic::twice(codes::EMERGENCY_TWICE,
+                "second emergency: a design can have only one, because it forces all outputs of all charts", [span, first], "combine the conditions with `or`"),
         );
     }
 }

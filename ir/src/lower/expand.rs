@@ -44,15 +44,12 @@ pub(super) fn expand(lowering: &mut Lowering<'_>) {
         let prefix = if several { format!("{}.", chart.name) } else { String::new() };
         let scope = new_scope(lowering, None, prefix, part, None, index);
         if let Some(&first) = first_spans.get(chart.name.text.as_str()) {
-            lowering.report(
-                Diagnostic::error(
-                    codes::DUPLICATE_NAME,
-                    format!("two charts are called `{}`", chart.name),
-                )
-                .at(chart.name.span, "again here")
-                .at(first, "first here")
-                .help("give one of them another name"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::DUPLICATE_NAME,
+                format!("two charts are called `{}`", chart.name),
+                [chart.name.span, first],
+                "give one of them another name",
+            ));
         } else {
             first_spans.insert(&chart.name.text, chart.name.span);
             lowering.charts.insert(&chart.name.text, scope);
@@ -320,15 +317,12 @@ impl<'a> Expansion<'_, 'a> {
         }
         step.priority = priority.map(|(number, _)| number);
         for (again, first) in twice {
-            self.lowering.report(
-                Diagnostic::error(
-                    codes::SETTING_TWICE,
-                    format!("step `{}` has two priorities", source.name),
-                )
-                .at(again, "again here")
-                .at(first, "first here")
-                .help("keep one of them"),
-            );
+            self.lowering.report(Diagnostic::twice(
+                codes::SETTING_TWICE,
+                format!("step `{}` has two priorities", source.name),
+                [again, first],
+                "keep one of them",
+            ));
         }
         let id = self.lowering.net.steps.push(step);
         self.lowering.declare(scope, &source.name, Symbol::Step(id));
@@ -570,15 +564,12 @@ impl<'a> Expansion<'_, 'a> {
             }
             [first, rest @ ..] => {
                 for again in rest {
-                    self.lowering.report(
-                        Diagnostic::error(
-                            codes::MACRO_SHAPE,
-                            format!("macro `{name}` has more than one {word} step"),
-                        )
-                        .at(again.span, "again here")
-                        .at(first.span, "first here")
-                        .help("a macro-step has exactly one of each"),
-                    );
+                    self.lowering.report(Diagnostic::twice(
+                        codes::MACRO_SHAPE,
+                        format!("macro `{name}` has more than one {word} step"),
+                        [again.span, first.span],
+                        "a macro-step has exactly one of each",
+                    ));
                 }
                 match self.lowering.find(body, &first.text) {
                     Some(Symbol::Step(step)) => Some(step),

@@ -81,15 +81,12 @@ pub(super) fn duplicates(lowering: &mut Lowering<'_>) {
     for library in libraries {
         if let Some(earlier) = first.insert(&library.name.text, library.name.span) {
             first.insert(&library.name.text, earlier);
-            lowering.report(
-                Diagnostic::error(
-                    codes::DUPLICATE_NAME,
-                    format!("two library charts are called `{}`", library.name),
-                )
-                .at(library.name.span, "again here")
-                .at(earlier, "first here")
-                .help("give one of them another name"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::DUPLICATE_NAME,
+                format!("two library charts are called `{}`", library.name),
+                [library.name.span, earlier],
+                "give one of them another name",
+            ));
         }
     }
 }
@@ -176,12 +173,11 @@ impl<'a> Expansion<'_, 'a> {
         let finding =
             Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no library chart `{name}`"))
                 .at(name.span, "not declared");
-        self.lowering.report(match near {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
-            None => finding.help(
-                "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
-            ),
-        });
+        self.lowering.report(finding.near(
+            name.span,
+            near,
+            "declare it with `library chart`, or import its file: `use \"FILE.graf\"` at the top",
+        ));
         None
     }
 
@@ -191,13 +187,12 @@ impl<'a> Expansion<'_, 'a> {
             let name = argument.parameter.text.as_str();
             let names = library.parameters.iter().map(|one| one.declaration.name.text.as_str());
             if let Some((_, first)) = given.iter().find(|(other, _)| *other == name) {
-                let finding = Diagnostic::error(
+                let finding = Diagnostic::twice(
                     codes::ARGUMENT,
                     format!("two arguments for the parameter `{name}`"),
-                )
-                .at(argument.span, "again here")
-                .at(first.span, "first here")
-                .help("keep one of them");
+                    [argument.span, first.span],
+                    "keep one of them",
+                );
                 self.lowering.report(finding);
             } else if !names.clone().any(|other| other == name) {
                 let finding = Diagnostic::error(
@@ -205,16 +200,9 @@ impl<'a> Expansion<'_, 'a> {
                     format!("library chart `{}` has no parameter `{name}`", library.name),
                 )
                 .at(argument.parameter.span, "not a parameter");
-                let finding = match nearest(name, names.clone()) {
-                    Some(near) => finding
-                        .help(format!("did you mean `{near}`?"))
-                        .fix(argument.parameter.span, near),
-                    None => {
-                        let known: Vec<&str> = names.collect();
-                        finding.help(format!("its parameters are {}", known.join(", ")))
-                    }
-                };
-                self.lowering.report(finding);
+                let near = nearest(name, names.clone());
+                let known = format!("its parameters are {}", names.collect::<Vec<_>>().join(", "));
+                self.lowering.report(finding.near(argument.parameter.span, near, known));
             } else {
                 given.push((name, argument));
             }

@@ -77,24 +77,21 @@ pub(super) fn board(lowering: &mut Lowering<'_>, scope: ScopeId, source: &chart:
         if let Some(first) = by_signal.insert(&name.text, name.span)
             && !is_repeatable
         {
-            lowering.report(
-                Diagnostic::error(codes::BOARD, format!("`{name}` has two pins"))
-                    .at(name.span, "again here")
-                    .at(first, "first here")
-                    .help("remove one of them"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::BOARD,
+                format!("`{name}` has two pins"),
+                [name.span, first],
+                "remove one of them",
+            ));
         }
         if let Some(first) = by_number.insert(*number, name) {
             let (other, first) = (first.text.clone(), first.span);
-            lowering.report(
-                Diagnostic::error(
-                    codes::BOARD,
-                    format!("pin {number} is assigned to both `{other}` and `{name}`"),
-                )
-                .at(name.span, "again here")
-                .at(first, "first here")
-                .help("use another pin for one of them"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::BOARD,
+                format!("pin {number} is assigned to both `{other}` and `{name}`"),
+                [name.span, first],
+                "use another pin for one of them",
+            ));
         }
         let full = if BOARD_SIGNALS.contains(&name.text.as_str()) {
             Ok(name.text.clone())

@@ -204,12 +204,18 @@ struct Builder<'a> {
     recorded: BTreeMap<(crate::arena::Id<History>, StepId), CellId>,
     ended: IdMap<Part, Option<CellId>>,
     held: BTreeMap<(crate::net::OutputId, crate::net::PartId), CellId>,
+    queues: Option<queues::Queues>,
+    now: Now,
+    /// Lists read the values at the start of the micro-step.
+    simultaneous: bool,
+}
+
+/// The values that were set earlier in the program.
+struct Now {
     /// Whether each chart had ended before this reaction.
     had_ended: IdMap<Part, Option<Expr>>,
-    queues: Option<queues::Queues>,
-
     /// The current value of an edge's operand, at the check.
-    edge_now: IdMap<EdgeOperand, Option<Expr>>,
+    edge: IdMap<EdgeOperand, Option<Expr>>,
     /// Whether the event is present in this check.
     holds: IdMap<Input, Option<Expr>>,
     /// Whether a transition is fireable; only for transitions for which this is read or that have passed the check.
@@ -219,10 +225,23 @@ struct Builder<'a> {
     stored: BTreeSet<CellId>,
     before: BTreeMap<CellId, TempId>,
     hoisted: Vec<Stmt>,
-    /// Lists read the values at the start of the micro-step.
-    simultaneous: bool,
     /// The fault flag of the reaction, if it can be set before the end.
     fault: Option<TempId>,
+}
+
+impl Now {
+    fn new(net: &Net) -> Self {
+        Now {
+            had_ended: IdMap::filled(&net.parts, None),
+            edge: IdMap::filled(&net.edges, None),
+            holds: IdMap::filled(&net.inputs, None),
+            fireable: IdMap::filled(&net.transitions, None),
+            stored: BTreeSet::new(),
+            before: BTreeMap::new(),
+            hoisted: Vec::new(),
+            fault: None,
+        }
+    }
 }
 
 impl<'a> Builder<'a> {
@@ -230,70 +249,44 @@ impl<'a> Builder<'a> {
         let needs = Needs::of(net, options.properties);
         let mut cells = Arena::new();
         let tick_type = |cap: i64| Type::Int { lo: 0, hi: cap };
-        let mut plain = |name: String, ty: Type, init: i64, origin: Origin| {
-            cells.push(Cell { name, ty, len: None, init: vec![init], origin })
-        };
         let step = IdMap::build(&net.steps, |id, step| {
-            plain(step.name.text.clone(), Type::Bool, 0, Origin::Step(id))
+            cells.push(Cell::plain(step.name.text.clone(), Type::Bool, Origin::Step(id)))
         });
         let times = Times::of(net, &needs, additions.shared, &mut cells);
-        let mut plain = |name: String, ty: Type, init: i64, origin: Origin| {
-            cells.push(Cell { name, ty, len: None, init: vec![init], origin })
-        };
         let last_elapsed = IdMap::build(&net.steps, |id, step| {
-            let name = || format!("{}.T", step.name);
-            needs.last_elapsed[id]
-                .map(|cap| plain(name(), tick_type(cap), 0, Origin::LastElapsed(id)))
+            let (name, ty) = (format!("{}.T", step.name), tick_type(needs.last_elapsed[id]?));
+            Some(cells.push(Cell::plain(name, ty, Origin::LastElapsed(id))))
         });
         let task = IdMap::build(&net.steps, |id, step| {
-            (!step.tasks.is_empty()).then(|| {
-                let hi = i64::try_from(step.tasks.len()).unwrap_or(i64::MAX);
-                plain(
-                    format!("{}.task", step.name),
-                    Type::Int { lo: 0, hi },
-                    0,
-                    Origin::TaskIndex(id),
-                )
-            })
+            let ty = tick_type(i64::try_from(step.tasks.len()).unwrap_or(i64::MAX));
+            let cell = Cell::plain(format!("{}.task", step.name), ty, Origin::TaskIndex(id));
+            (!step.tasks.is_empty()).then(|| cells.push(cell))
         });
         let edge = IdMap::build(&net.edges, |id, operand| {
-            needs.edge[id].then(|| {
-                plain(read::name_of_operand(net, operand), Type::Bool, 0, Origin::Edge(id))
-            })
+            let name = read::name_of_operand(net, operand);
+            needs.edge[id].then(|| cells.push(Cell::plain(name, Type::Bool, Origin::Edge(id))))
         });
         let timer = IdMap::build(&net.timers, |id, timer| {
-            needs.timer[id].map(|cap| {
-                let init = if timer.starts_expired { cap } else { 0 };
-                (
-                    plain(timer.name.text.clone(), tick_type(cap), init, Origin::Timer(id)),
-                    plain(
-                        format!("{}.runs", timer.name),
-                        Type::Bool,
-                        0,
-                        Origin::TimerCondition(id),
-                    ),
-                )
-            })
+            let cap = needs.timer[id]?;
+            let init = vec![if timer.starts_expired { cap } else { 0 }];
+            let time = Cell::plain(timer.name.text.clone(), tick_type(cap), Origin::Timer(id));
+            let runs = format!("{}.runs", timer.name);
+            let runs = Cell::plain(runs, Type::Bool, Origin::TimerCondition(id));
+            Some((cells.push(Cell { init, ..time }), cells.push(runs)))
         });
         let statechart = net.settings.policy.is_statechart();
         let pending = IdMap::build(&net.inputs, |id, input| {
-            (needs.raised[id] && !statechart).then(|| {
-                plain(format!("{}.pending", input.name), Type::Bool, 0, Origin::Pending(id))
-            })
+            let cell =
+                Cell::plain(format!("{}.pending", input.name), Type::Bool, Origin::Pending(id));
+            (needs.raised[id] && !statechart).then(|| cells.push(cell))
         });
         let send = IdMap::build(&net.sends, |id, slot| {
-            let ty = tick_type(i64::from(slot.delay));
-            (slot.delay > 0)
-                .then(|| plain(format!("{}.left", slot.name), ty, 0, Origin::SendTimer(id)))
+            let (name, ty) = (format!("{}.left", slot.name), tick_type(i64::from(slot.delay)));
+            (slot.delay > 0).then(|| cells.push(Cell::plain(name, ty, Origin::SendTimer(id))))
         });
         let var = IdMap::build(&net.vars, |id, var| {
-            cells.push(Cell {
-                name: var.name.text.clone(),
-                ty: var.ty,
-                len: var.len,
-                init: var.init.clone(),
-                origin: Origin::Var(id),
-            })
+            let plain = Cell::plain(var.name.text.clone(), var.ty, Origin::Var(id));
+            cells.push(Cell { len: var.len, init: var.init.clone(), ..plain })
         });
         let mut builder = Builder {
             net,
@@ -322,16 +315,9 @@ impl<'a> Builder<'a> {
             recorded: BTreeMap::new(),
             ended: IdMap::filled(&net.parts, None),
             held: BTreeMap::new(),
-            had_ended: IdMap::filled(&net.parts, None),
             queues: None,
-            edge_now: IdMap::filled(&net.edges, None),
-            holds: IdMap::filled(&net.inputs, None),
-            fireable: IdMap::filled(&net.transitions, None),
-            stored: BTreeSet::new(),
-            before: BTreeMap::new(),
-            hoisted: Vec::new(),
+            now: Now::new(net),
             simultaneous: false,
-            fault: None,
             needs,
         };
         builder.action_cells();
@@ -343,19 +329,12 @@ impl<'a> Builder<'a> {
 
     /// Forgets all values that were set earlier in the program.
     fn forget_temps(&mut self) {
-        self.edge_now = IdMap::filled(&self.net.edges, None);
-        self.holds = IdMap::filled(&self.net.inputs, None);
-        self.fireable = IdMap::filled(&self.net.transitions, None);
-        self.stored.clear();
-        self.before.clear();
-        self.hoisted.clear();
-        self.fault = None;
-        self.had_ended = IdMap::filled(&self.net.parts, None);
+        self.now = Now::new(self.net);
     }
 
     /// A new plain cell, 0 before reset.
     fn new_cell(&mut self, name: String, ty: Type, origin: Origin) -> CellId {
-        self.cells.push(Cell { name, ty, len: None, init: vec![ty.saturate(0)], origin })
+        self.cells.push(Cell::plain(name, ty, origin))
     }
 
     fn new_temp(&mut self, name: impl Into<String>, ty: Type, role: TempRole) -> TempId {

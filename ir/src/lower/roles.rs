@@ -284,67 +284,13 @@ fn role(
         | DeclarationKind::ExternCondition { .. }
         | DeclarationKind::Const { .. } => return Role::Broken,
     };
-    if let (Some(assigned), Some(first_use)) = (assigned, first_use) {
-        let way = if is_controlled { "by qualifiers" } else { "while a step is active" };
-        lowering.report(
-            Diagnostic::error(
-                codes::OUTPUT_ROLES,
-                format!("output `{name}` is driven {way} and assigned in lists"),
-            )
-            .at(assigned, "assigned here, so it keeps its value")
-            .at(first_use, format!("driven {way} here"))
-            .help("use one way only: `set` and `reset` it in steps, or assign it everywhere"),
-        );
-        return Role::Broken;
-    }
-    if mealy && (assigned.is_some() || is_controlled) {
-        let place = assigned.or(controlling).or(first_use).unwrap_or(name.span);
-        lowering.report(
-            Diagnostic::error(
-                codes::OUTPUT_ROLES,
-                format!("the mealy output `{name}` cannot have memory"),
-            )
-            .at(place, "this needs memory")
-            .at(name.span, "declared `mealy` here")
-            .help("a mealy output is a function of the situation and the inputs: drive it in step bodies, without qualifiers"),
-        );
-        return Role::Broken;
-    }
-    if let (Type::Int { lo, hi }, Some(place)) = (ty, first_use) {
-        lowering.report(
-            Diagnostic::error(
-                codes::TYPE,
-                format!("output `{name}` is a number ({lo}..{hi}) but is used as a Boolean"),
-            )
-            .at(place, "switched on and off here")
-            .at(name.span, "declared here")
-            .help(format!("assign it instead, as in `entry {{ {name} := {hi} }}`")),
-        );
+    let uses = Uses { ty, mealy, is_controlled, assigned, controlling, first: first_use };
+    if let Some(finding) = uses.conflict(name) {
+        lowering.report(finding);
         return Role::Broken;
     }
     if assigned.is_none() && first_use.is_none() {
-        let in_graf = match ty {
-            Type::Bool => "use it in the body of a step, or remove it".to_owned(),
-            Type::Int { hi, .. } => {
-                format!("assign it in a list, as in `entry {{ {name} := {hi} }}`, or remove it")
-            }
-        };
-        let value = if ty.is_bool() { "it is always off" } else { "it keeps its initial value" };
-        lowering.report(
-            Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
-                .plural(format!("`{name}`"), "nothing drives outputs", "")
-                .help_in(Notation::Graf, in_graf)
-                .help_in(Notation::Iec, "assign it, or remove it")
-                .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
-                .at(name.span, value)
-                .help("use it in the body of a step, or remove it")
-                .help_in(
-                    Notation::Rules,
-                    format!(
-                        "write it in the rule of a step, as in `step: |- {name}`, or remove it"
-                    ),
-                ),
-        );
+        lowering.report(undriven(name, ty));
     }
     let output = &lowering.net.outputs[id];
     let (full, meta) = (output.name.clone(), output.meta.clone());
@@ -368,6 +314,69 @@ fn role(
         return Role::Controlled(action);
     }
     if mealy { Role::Mealy } else { Role::Continuous }
+}
+
+/// How a chart uses an output, with the places.
+struct Uses {
+    ty: Type,
+    mealy: bool,
+    is_controlled: bool,
+    assigned: Option<Span>,
+    controlling: Option<Span>,
+    first: Option<Span>,
+}
+
+impl Uses {
+    /// Why these uses exclude each other.
+    fn conflict(&self, name: &Name) -> Option<Diagnostic> {
+        let roles = |message: String| Diagnostic::error(codes::OUTPUT_ROLES, message);
+        if let (Some(assigned), Some(first)) = (self.assigned, self.first) {
+            let way = if self.is_controlled { "by qualifiers" } else { "while a step is active" };
+            let message = format!("output `{name}` is driven {way} and assigned in lists");
+            let finding = roles(message)
+                .at(assigned, "assigned here, so it keeps its value")
+                .at(first, format!("driven {way} here"))
+                .help("use one way only: `set` and `reset` it in steps, or assign it everywhere");
+            return Some(finding);
+        }
+        if self.mealy && (self.assigned.is_some() || self.is_controlled) {
+            let place = self.assigned.or(self.controlling).or(self.first).unwrap_or(name.span);
+            let finding = roles(format!("the mealy output `{name}` cannot have memory"))
+                .at(place, "this needs memory")
+                .at(name.span, "declared `mealy` here")
+                .help("a mealy output is a function of the situation and the inputs: drive it in step bodies, without qualifiers");
+            return Some(finding);
+        }
+        let (Type::Int { lo, hi }, Some(place)) = (self.ty, self.first) else { return None };
+        let message = format!("output `{name}` is a number ({lo}..{hi}) but is used as a Boolean");
+        let finding = Diagnostic::error(codes::TYPE, message)
+            .at(place, "switched on and off here")
+            .at(name.span, "declared here")
+            .help(format!("assign it instead, as in `entry {{ {name} := {hi} }}`"));
+        Some(finding)
+    }
+}
+
+/// A warning about an output that nothing drives.
+fn undriven(name: &Name, ty: Type) -> Diagnostic {
+    let in_graf = match ty {
+        Type::Bool => "use it in the body of a step, or remove it".to_owned(),
+        Type::Int { hi, .. } => {
+            format!("assign it in a list, as in `entry {{ {name} := {hi} }}`, or remove it")
+        }
+    };
+    let value = if ty.is_bool() { "it is always off" } else { "it keeps its initial value" };
+    Diagnostic::warning(codes::OUTPUT_UNDRIVEN, format!("nothing drives output `{name}`"))
+        .plural(format!("`{name}`"), "nothing drives outputs", "")
+        .help_in(Notation::Graf, in_graf)
+        .help_in(Notation::Iec, "assign it, or remove it")
+        .help_in(Notation::Scxml, "assign it in an <onentry>, or remove it")
+        .at(name.span, value)
+        .help("use it in the body of a step, or remove it")
+        .help_in(
+            Notation::Rules,
+            format!("write it in the rule of a step, as in `step: |- {name}`, or remove it"),
+        )
 }
 
 fn extern_role(

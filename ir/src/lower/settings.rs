@@ -126,12 +126,12 @@ fn read(lowering: &mut Lowering<'_>, items: &[Item]) -> Said {
         };
         if let Some(earlier) = earlier {
             let what = word(&setting.kind);
-            lowering.report(
-                Diagnostic::error(codes::SETTING_TWICE, format!("`{what}` is set twice"))
-                    .at(span, "again here")
-                    .at(earlier, "first here")
-                    .help("keep one of them"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::SETTING_TWICE,
+                format!("`{what}` is set twice"),
+                [span, earlier],
+                "keep one of them",
+            ));
         }
     }
     said

@@ -53,15 +53,12 @@ pub(super) fn prepare(lowering: &mut Lowering<'_>) {
         let step = &lowering.net.steps[id];
         let key = (step.parent, step.part);
         if let Some(first) = first_marked.insert(key, source.name.span) {
-            lowering.report(
-                Diagnostic::error(
-                    codes::SETTING_TWICE,
-                    "two states of the same parent are initial",
-                )
-                .at(source.name.span, "again here")
-                .at(first, "first here")
-                .help("mark only one of them: a state is entered at one child"),
-            );
+            lowering.report(Diagnostic::twice(
+                codes::SETTING_TWICE,
+                "two states of the same parent are initial",
+                [source.name.span, first],
+                "mark only one of them: a state is entered at one child",
+            ));
         }
         tree.marked.insert(id);
     }
@@ -280,18 +277,7 @@ pub(super) fn transition<'a>(
     }
     let from = goals(lowering, scope, &source.sources);
     let to = goals(lowering, scope, &source.targets);
-    let from = match from.as_deref() {
-        Ok([Goal::State(state)]) => Ok(*state),
-        Ok(_) => {
-            let span = source.sources.first().map_or(source.meta.span, Path::span);
-            Err(lowering.report(
-                Diagnostic::error(codes::WRONG_KIND, "a transition cannot leave a history")
-                    .at(span, "a state is needed here")
-                    .help("write the state that contains the history"),
-            ))
-        }
-        Err(reported) => Err(*reported),
-    };
+    let from = from.and_then(|from| single_source(lowering, source, &from));
     let events = event_list(lowering, scope, &source.events);
     let requires = from.ok().map(|state| [state]);
     let guard =
@@ -347,6 +333,23 @@ pub(super) fn transition<'a>(
     if let Ok(guard) = guard {
         transition.guard = guard;
     }
+}
+
+/// The state that a transition leaves.
+fn single_source(
+    lowering: &mut Lowering<'_>,
+    source: &chart::Transition,
+    from: &[Goal],
+) -> Outcome<StepId> {
+    if let [Goal::State(state)] = from {
+        return Ok(*state);
+    }
+    let span = source.sources.first().map_or(source.meta.span, Path::span);
+    Err(lowering.report(
+        Diagnostic::error(codes::WRONG_KIND, "a transition cannot leave a history")
+            .at(span, "a state is needed here")
+            .help("write the state that contains the history"),
+    ))
 }
 
 /// A feature of the transition that only a Grafcet has, and what to write instead.

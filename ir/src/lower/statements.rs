@@ -320,10 +320,11 @@ impl<'a> Lowering<'a> {
         let mut finding =
             Diagnostic::error(codes::UNKNOWN_NAME, format!("no send is called `{name}`"))
                 .at(name.span, "");
-        finding = match nearest(&name.text, known) {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
-            None => finding.help(format!("name the send: `send e after 2 s as {name}`")),
-        };
+        finding = finding.near(
+            name.span,
+            nearest(&name.text, known),
+            format!("name the send: `send e after 2 s as {name}`"),
+        );
         Err(self.report(finding))
     }
 

@@ -298,14 +298,8 @@ impl<'a> Parser<'a> {
         let quote = if token.kind == Kind::Word { "`" } else { "" };
         let message = format!("unknown {what} {quote}{text}{quote}");
         let diagnostic = Diagnostic::error(codes::NET_NAME, message).at(token.span(self.file), "");
-        self.told(match near {
-            Some(near) => {
-                diagnostic.help(format!("did you mean `{near}`?")).fix(token.span(self.file), near)
-            }
-            None => diagnostic.help(
-                "write a name that an earlier line of this net declares, or declare this one in an earlier line",
-            ),
-        });
+        let help = "write a name that an earlier line of this net declares, or declare this one in an earlier line";
+        self.told(diagnostic.near(token.span(self.file), near, help));
     }
 
     /// A token that refers to an object.

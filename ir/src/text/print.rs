@@ -156,30 +156,11 @@ impl Printer<'_> {
         self.settings();
         self.gap();
         for part in net.parts.values() {
-            self.head("part", &part.name.text, &part.meta);
-            put!(self, " level {}", part.level);
-            self.optional("priority", part.priority);
-            self.out.push_str(if part.is_cut { " cut" } else { "" });
-            if !part.initial.is_empty() {
-                put!(self, "\n    enter ({})", self.enters(&part.initial));
-            }
-            self.out.push('\n');
+            self.part_item(part);
         }
         self.gap();
         for input in net.inputs.values() {
-            self.head("input", &input.name.text, &input.meta);
-            let kind = match input.kind {
-                InputKind::Pin => "",
-                InputKind::Extern => " extern",
-                InputKind::Event => " event",
-                InputKind::InternalEvent => " internal",
-            };
-            put!(
-                self,
-                " {}{kind}{}\n",
-                ty(input.ty),
-                if input.synchronous { " synchronous" } else { "" }
-            );
+            self.input_item(input);
         }
         self.gap();
         for output in net.outputs.values() {
@@ -187,23 +168,7 @@ impl Printer<'_> {
         }
         self.gap();
         for (id, var) in net.vars.iter() {
-            self.head("var", &var.name.text, &var.meta);
-            put!(self, " {}", ty(var.ty));
-            if let Some(len) = var.len {
-                put!(self, " [{len}]");
-            }
-            self.out.push_str(match var.origin {
-                VarOrigin::Declared => "",
-                VarOrigin::StoredOutput => " stored",
-                VarOrigin::Hidden => " hidden",
-            });
-            if let Some(sharing) = net.sharing.get(&id) {
-                put!(self, " {}", sharing.word());
-            }
-            if !var.init.is_empty() {
-                put!(self, " = {}", join(var.init.iter().map(i64::to_string)));
-            }
-            self.out.push('\n');
+            self.var_item(id, var);
         }
         for timer in net.timers.values() {
             self.head("timer", &timer.name.text, &timer.meta);
@@ -226,30 +191,85 @@ impl Printer<'_> {
         }
         self.gap();
         for action in net.actions.values() {
-            self.head("action", &action.name.text, &action.meta);
-            put!(self, " duration {}\n", action.duration);
-            for of in &action.uses {
-                put!(self, "    use {} {}", self.step(of.step), of.qualifier.letters());
-                self.condition("if", of.condition.as_ref());
-            }
-            self.list("body", &action.body);
+            self.action_item(action);
         }
         for slot in net.sends.values() {
             self.head("slot", &slot.name.text, &slot.meta);
             put!(self, " sends {} after {}\n", self.input(slot.event), slot.delay);
         }
         for history in net.histories.values() {
-            self.head("history", &history.name.text, &history.meta);
-            put!(self, " of {}\n", self.step(history.owner));
-            for case in &history.cases {
-                put!(self, "    case {} ({})\n", self.step(case.step), self.enters(&case.enters));
-            }
-            if !history.default.is_empty() {
-                put!(self, "    default ({})\n", self.enters(&history.default));
-            }
-            self.list("content", &history.default_content);
+            self.history_item(history);
         }
         self.rest();
+    }
+
+    fn part_item(&mut self, part: &Part) {
+        self.head("part", &part.name.text, &part.meta);
+        put!(self, " level {}", part.level);
+        self.optional("priority", part.priority);
+        self.out.push_str(if part.is_cut { " cut" } else { "" });
+        if !part.initial.is_empty() {
+            put!(self, "\n    enter ({})", self.enters(&part.initial));
+        }
+        self.out.push('\n');
+    }
+
+    fn input_item(&mut self, input: &Input) {
+        self.head("input", &input.name.text, &input.meta);
+        let kind = match input.kind {
+            InputKind::Pin => "",
+            InputKind::Extern => " extern",
+            InputKind::Event => " event",
+            InputKind::InternalEvent => " internal",
+        };
+        put!(
+            self,
+            " {}{kind}{}\n",
+            ty(input.ty),
+            if input.synchronous { " synchronous" } else { "" }
+        );
+    }
+
+    fn var_item(&mut self, id: VarId, var: &Var) {
+        self.head("var", &var.name.text, &var.meta);
+        put!(self, " {}", ty(var.ty));
+        if let Some(len) = var.len {
+            put!(self, " [{len}]");
+        }
+        self.out.push_str(match var.origin {
+            VarOrigin::Declared => "",
+            VarOrigin::StoredOutput => " stored",
+            VarOrigin::Hidden => " hidden",
+        });
+        if let Some(sharing) = self.net.sharing.get(&id) {
+            put!(self, " {}", sharing.word());
+        }
+        if !var.init.is_empty() {
+            put!(self, " = {}", join(var.init.iter().map(i64::to_string)));
+        }
+        self.out.push('\n');
+    }
+
+    fn action_item(&mut self, action: &ControlledAction) {
+        self.head("action", &action.name.text, &action.meta);
+        put!(self, " duration {}\n", action.duration);
+        for of in &action.uses {
+            put!(self, "    use {} {}", self.step(of.step), of.qualifier.letters());
+            self.condition("if", of.condition.as_ref());
+        }
+        self.list("body", &action.body);
+    }
+
+    fn history_item(&mut self, history: &History) {
+        self.head("history", &history.name.text, &history.meta);
+        put!(self, " of {}\n", self.step(history.owner));
+        for case in &history.cases {
+            put!(self, "    case {} ({})\n", self.step(case.step), self.enters(&case.enters));
+        }
+        if !history.default.is_empty() {
+            put!(self, "    default ({})\n", self.enters(&history.default));
+        }
+        self.list("content", &history.default_content);
     }
 
     fn rest(&mut self) {

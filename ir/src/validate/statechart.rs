@@ -24,6 +24,37 @@ enum Domain {
     Share(StepId),
 }
 
+/// The states that a list enters.
+#[derive(Default)]
+struct Entered {
+    states: BTreeSet<StepId>,
+    /// The number of entered children of each state, or of roots.
+    counts: BTreeMap<Option<StepId>, usize>,
+    /// The states that a history enters.
+    covered: BTreeSet<StepId>,
+}
+
+impl Entered {
+    /// Why the entries within a state (or chart, `None`) do not complete a configuration.
+    fn incomplete(
+        &self,
+        state: Option<StepId>,
+        is_parallel: bool,
+        wanted: usize,
+        name: &str,
+    ) -> Option<String> {
+        let by_history = state.is_some_and(|state| self.covered.contains(&state));
+        let count = self.counts.get(&state).copied().unwrap_or(0) + usize::from(by_history);
+        if !by_history && is_parallel && count != wanted {
+            Some(format!("enters {count} of the {wanted} regions of `{name}`, but must enter all"))
+        } else if !is_parallel && count != 1 {
+            Some(format!("enters {count} states within `{name}`, but must enter exactly one"))
+        } else {
+            None
+        }
+    }
+}
+
 /// The states as a forest; it contains only valid links, so it has no cycle.
 struct Forest {
     children: IdMap<Step, Vec<StepId>>,
@@ -225,35 +256,7 @@ impl Checker<'_> {
     ) {
         let net = self.net;
         let (name, span) = (&transition.name, transition.name.span);
-        if transition.priority.is_some() && transition.kind == TransitionKind::Move {
-            let message = format!(
-                "the transition `{name}` has a priority, which is not allowed in a statechart"
-            );
-            self.report(codes::WRONG_WORLD, span, message);
-        }
-        let &[source] = transition.requires.as_slice() else {
-            if transition.kind == TransitionKind::Move {
-                let count = transition.requires.len();
-                let message = format!(
-                    "the transition `{name}` has {count} sources; in a statechart it must have one"
-                );
-                self.report(codes::WRONG_WORLD, span, message);
-            }
-            return;
-        };
-        let Some(state) = net.steps.get(source) else { return };
-        if state.part != transition.part {
-            let message = format!(
-                "the transition `{name}` and its source `{}` are in different charts",
-                state.name
-            );
-            self.report(codes::HIERARCHY, span, message);
-        }
-        if state.kind == StepKind::Final {
-            let message =
-                format!("the transition `{name}` leaves the final state `{}`", state.name);
-            self.report(codes::TRANSITION, span, message);
-        }
+        let Some(source) = self.single_source(transition) else { return };
         if transition.kind == TransitionKind::Reaction {
             return;
         }
@@ -276,6 +279,61 @@ impl Checker<'_> {
             stamp[*step] = index;
         }
         let in_clears = |step: StepId| stamp[step] == index;
+        let inside = |domain| match domain {
+            Domain::State(state) | Domain::Share(state) => forest.below[state],
+            Domain::Part(part) => per_part.get(&part).copied().unwrap_or(0),
+        };
+        let Some(domain) = self.domain(transition, source, in_clears, inside) else { return };
+        let who = format!("the transition `{name}`");
+        self.configuration(&transition.enters, domain, forest, span, &who);
+    }
+
+    /// Checks what a transition is by itself; gives its source.
+    fn single_source(&mut self, transition: &Transition) -> Option<StepId> {
+        let net = self.net;
+        let (name, span) = (&transition.name, transition.name.span);
+        if transition.priority.is_some() && transition.kind == TransitionKind::Move {
+            let message = format!(
+                "the transition `{name}` has a priority, which is not allowed in a statechart"
+            );
+            self.report(codes::WRONG_WORLD, span, message);
+        }
+        let &[source] = transition.requires.as_slice() else {
+            if transition.kind == TransitionKind::Move {
+                let count = transition.requires.len();
+                let message = format!(
+                    "the transition `{name}` has {count} sources; in a statechart it must have one"
+                );
+                self.report(codes::WRONG_WORLD, span, message);
+            }
+            return None;
+        };
+        let state = net.steps.get(source)?;
+        if state.part != transition.part {
+            let message = format!(
+                "the transition `{name}` and its source `{}` are in different charts",
+                state.name
+            );
+            self.report(codes::HIERARCHY, span, message);
+        }
+        if state.kind == StepKind::Final {
+            let message =
+                format!("the transition `{name}` leaves the final state `{}`", state.name);
+            self.report(codes::TRANSITION, span, message);
+        }
+        Some(source)
+    }
+
+    /// The domain of a transition: it leaves exactly what is inside.
+    fn domain(
+        &mut self,
+        transition: &Transition,
+        source: StepId,
+        in_clears: impl Fn(StepId) -> bool,
+        inside: impl Fn(Domain) -> usize,
+    ) -> Option<Domain> {
+        let net = self.net;
+        let (name, span) = (&transition.name, transition.name.span);
         let outer = |step: &StepId| {
             net.steps[*step].parent.filter(|parent| net.steps.get(*parent).is_some())
         };
@@ -284,29 +342,23 @@ impl Checker<'_> {
             .iter()
             .filter(|step| outer(step).is_none_or(|parent| !in_clears(parent)));
         let Some(top) = tops.next() else {
-            self.report(
-                codes::TRANSITION,
-                span,
-                format!("the transition `{name}` leaves no state"),
-            );
-            return;
+            let message = format!("the transition `{name}` leaves no state");
+            self.report(codes::TRANSITION, span, message);
+            return None;
         };
-        let (domain, inside) = match outer(top) {
-            Some(state) => (Domain::State(state), forest.below[state]),
-            None => (
-                Domain::Part(net.steps[*top].part),
-                per_part.get(&net.steps[*top].part).copied().unwrap_or(0),
-            ),
+        let domain = match outer(top) {
+            Some(state) => Domain::State(state),
+            None => Domain::Part(net.steps[*top].part),
         };
         let same = tops.all(|other| {
             outer(other) == outer(top) && net.steps[*other].part == net.steps[*top].part
         });
-        if !same || transition.clears.len() != inside {
+        if !same || transition.clears.len() != inside(domain) {
             let message = format!(
                 "the transition `{name}` does not leave exactly the descendants of one state"
             );
             self.report(codes::TRANSITION, span, message);
-            return;
+            return None;
         }
         if let Domain::State(state) = domain
             && net.steps[state].kind != StepKind::Composite
@@ -320,17 +372,11 @@ impl Checker<'_> {
         if !in_clears(source) && domain != Domain::State(source) {
             let message = format!(
                 "the transition `{name}` leaves states that do not include its source `{}`",
-                state.name
+                net.steps[source].name
             );
             self.report(codes::TRANSITION, span, message);
         }
-        self.configuration(
-            &transition.enters,
-            domain,
-            forest,
-            span,
-            &format!("the transition `{name}`"),
-        );
+        Some(domain)
     }
 
     /// Invariant 30: the entered states complete a configuration below `domain`.
@@ -343,73 +389,10 @@ impl Checker<'_> {
         who: &str,
     ) {
         let net = self.net;
-        let code = codes::CONFIGURATION;
-        let base = match domain {
-            Domain::Part(_) => None,
-            Domain::State(state) | Domain::Share(state) => Some(state),
-        };
-        let mut entered: BTreeSet<StepId> = BTreeSet::new();
-        let mut counts: BTreeMap<Option<StepId>, usize> = BTreeMap::new();
-        let mut covered: BTreeSet<StepId> = BTreeSet::new();
-        for enter in list {
-            match *enter {
-                Enter::Step(id) => {
-                    let Some(step) = net.steps.get(id) else { return };
-                    let at_home = match step.parent {
-                        Some(parent) => entered.contains(&parent) || base == Some(parent),
-                        None => domain == Domain::Part(step.part),
-                    };
-                    if !at_home {
-                        let message = format!(
-                            "{who} enters `{}` without first entering its parent",
-                            step.name
-                        );
-                        self.report(code, span, message);
-                        return;
-                    }
-                    *counts.entry(step.parent).or_default() += 1;
-                    entered.insert(id);
-                }
-                Enter::InitialContent(id) => {
-                    let Some(step) = net.steps.get(id) else { return };
-                    if step.kind != StepKind::Composite || !entered.contains(&id) {
-                        let message = format!(
-                            "{who} runs the initial content of `{}`, which is not a composite state entered before",
-                            step.name
-                        );
-                        self.report(code, span, message);
-                    }
-                }
-                Enter::History(id) => {
-                    let Some(history) = net.histories.get(id) else { return };
-                    if !entered.contains(&history.owner) && base != Some(history.owner) {
-                        let message = format!(
-                            "{who} enters the history `{}` without first entering its state",
-                            history.name
-                        );
-                        self.report(code, span, message);
-                        return;
-                    }
-                    covered.insert(history.owner);
-                }
-            }
-        }
+        let Some(entered) = self.entered_states(list, domain, span, who) else { return };
         let mut complete = |state: Option<StepId>, is_parallel: bool, wanted: usize, name: &str| {
-            let by_history = state.is_some_and(|state| covered.contains(&state));
-            let count = counts.get(&state).copied().unwrap_or(0) + usize::from(by_history);
-            if !by_history && is_parallel && count != wanted {
-                let message = format!(
-                    "{who} enters {count} of the {wanted} regions of `{name}`, but must enter all"
-                );
-                self.report(code, span, message);
-            } else if !is_parallel && count != 1 {
-                self.report(
-                    code,
-                    span,
-                    format!(
-                        "{who} enters {count} states within `{name}`, but must enter exactly one"
-                    ),
-                );
+            if let Some(message) = entered.incomplete(state, is_parallel, wanted, name) {
+                self.report(codes::CONFIGURATION, span, format!("{who} {message}"));
             }
         };
         match domain {
@@ -424,7 +407,7 @@ impl Checker<'_> {
             }
             Domain::Share(_) => {}
         }
-        for id in entered {
+        for id in entered.states.iter().copied() {
             let step = &net.steps[id];
             let name = step.name.text.as_str();
             match (step.kind, domain) {
@@ -436,6 +419,67 @@ impl Checker<'_> {
                 | (StepKind::Leaf | StepKind::Enclosing | StepKind::Final, _) => {}
             }
         }
+    }
+
+    /// Checks that each entry follows the entry of its parent; `None` if they cannot be counted.
+    fn entered_states(
+        &mut self,
+        list: &[Enter],
+        domain: Domain,
+        span: Span,
+        who: &str,
+    ) -> Option<Entered> {
+        let net = self.net;
+        let code = codes::CONFIGURATION;
+        let base = match domain {
+            Domain::Part(_) => None,
+            Domain::State(state) | Domain::Share(state) => Some(state),
+        };
+        let mut entered = Entered::default();
+        for enter in list {
+            match *enter {
+                Enter::Step(id) => {
+                    let step = net.steps.get(id)?;
+                    let at_home = match step.parent {
+                        Some(parent) => entered.states.contains(&parent) || base == Some(parent),
+                        None => domain == Domain::Part(step.part),
+                    };
+                    if !at_home {
+                        let message = format!(
+                            "{who} enters `{}` without first entering its parent",
+                            step.name
+                        );
+                        self.report(code, span, message);
+                        return None;
+                    }
+                    *entered.counts.entry(step.parent).or_default() += 1;
+                    entered.states.insert(id);
+                }
+                Enter::InitialContent(id) => {
+                    let step = net.steps.get(id)?;
+                    if step.kind != StepKind::Composite || !entered.states.contains(&id) {
+                        let message = format!(
+                            "{who} runs the initial content of `{}`, which is not a composite state entered before",
+                            step.name
+                        );
+                        self.report(code, span, message);
+                    }
+                }
+                Enter::History(id) => {
+                    let history = net.histories.get(id)?;
+                    if !entered.states.contains(&history.owner) && base != Some(history.owner) {
+                        let message = format!(
+                            "{who} enters the history `{}` without first entering its state",
+                            history.name
+                        );
+                        self.report(code, span, message);
+                        return None;
+                    }
+                    entered.covered.insert(history.owner);
+                }
+            }
+        }
+        Some(entered)
     }
 
     fn histories(&mut self, forest: &Forest) {

@@ -8,7 +8,8 @@ use crate::diag::counted;
 use crate::expr::{Expr as GenericExpr, Type};
 use crate::interval::{DEPTH_LIMIT, LONGEST, index_help, values};
 use crate::net::{
-    ActionUse, Driver, Evolution, Expr, Output, OutputId, Param, Stmt, StmtKind, VarOrigin,
+    ActionUse, Driver, Evolution, Expr, ExternCall, Output, OutputId, Param, Stmt, StmtKind,
+    VarOrigin,
 };
 use crate::span::Span;
 
@@ -77,17 +78,7 @@ impl Checker<'_> {
                     }
                 }
                 Driver::Extern { params, calls } => {
-                    for param in params {
-                        self.range(param.ty, span, "parameter");
-                    }
-                    for call in calls {
-                        self.has(&net.steps, call.step, call.span, "step");
-                        if let Some(condition) = &call.condition {
-                            self.condition(condition, Place::Quiet("the condition of a call"));
-                        }
-                        let place = Place::Quiet("an argument of a continuous call");
-                        self.arguments(output, params, &call.arguments, call.span, place);
-                    }
+                    self.continuous_calls(output, params, calls);
                 }
             }
             if wants_bool && !output.ty.is_bool() {
@@ -109,6 +100,22 @@ impl Checker<'_> {
                 );
                 self.report(codes::DRIVER, var.name.span, message);
             }
+        }
+    }
+
+    /// The calls of an extern action while steps are active.
+    fn continuous_calls(&mut self, output: &Output, params: &[Param], calls: &[ExternCall]) {
+        let net = self.net;
+        for param in params {
+            self.range(param.ty, output.name.span, "parameter");
+        }
+        for call in calls {
+            self.has(&net.steps, call.step, call.span, "step");
+            if let Some(condition) = &call.condition {
+                self.condition(condition, Place::Quiet("the condition of a call"));
+            }
+            let place = Place::Quiet("an argument of a continuous call");
+            self.arguments(output, params, &call.arguments, call.span, place);
         }
     }
 

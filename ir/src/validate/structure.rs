@@ -8,12 +8,13 @@ use crate::codes;
 use crate::diag::counted;
 use crate::expr::Type;
 use crate::net::{
-    Enter, Evolution, ForcingOrder, InputKind, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem,
+    Enter, Evolution, ForcingOrder, InputKind, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem, Step,
     StepId, StepKind, Transition, TransitionKind,
 };
 use crate::span::Span;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
+use std::collections::BTreeSet;
 
 impl Checker<'_> {
     pub(super) fn settings(&mut self) {
@@ -367,51 +368,71 @@ impl Checker<'_> {
                 graph.add_edge(nodes[from], nodes[*part], ());
             }
             let ForcingOrder::Situation(steps) = &forcing.order else { continue };
-            let mut listed = std::collections::BTreeSet::new();
-            for step in steps {
-                if !self.has(&net.steps, *step, span, "step") {
-                    continue;
-                }
-                listed.insert(*step);
-                let step = &net.steps[*step];
-                if net.parts.get(step.part).is_none_or(|_| stamp[step.part] != index) {
-                    self.report(
-                        codes::FORCING,
-                        span,
-                        format!("the step `{}` is not in the chart that is forced", step.name),
-                    );
-                }
-            }
-            self.twice(steps, span, "the forced situation", |id| {
-                net.steps.get(id).map(|step| step.name.text.clone())
-            });
-            if !steps.iter().any(|step| {
-                net.steps.get(*step).is_some_and(|step| step.kind == StepKind::Enclosing)
-            }) {
+            let is_forced =
+                |part: PartId| net.parts.get(part).is_some_and(|_| stamp[part] == index);
+            self.situation(steps, span, is_forced, &mut links);
+        }
+        self.forcing_cycles(&graph);
+    }
+
+    /// A situation that is forced: its steps are in the forced charts, and contain what their enclosing steps activate.
+    fn situation(
+        &mut self,
+        steps: &[StepId],
+        span: Span,
+        is_forced: impl Fn(PartId) -> bool,
+        links: &mut Option<IdMap<Step, Vec<StepId>>>,
+    ) {
+        let net = self.net;
+        let mut listed = BTreeSet::new();
+        for step in steps {
+            if !self.has(&net.steps, *step, span, "step") {
                 continue;
             }
-            let links = links.get_or_insert_with(|| {
-                let mut links = IdMap::filled(&net.steps, Vec::new());
-                for (id, step) in net.steps.iter().filter(|(_, step)| step.activation_link) {
-                    if let Some(parent) =
-                        step.parent.filter(|parent| net.steps.get(*parent).is_some())
-                    {
-                        links[parent].push(id);
-                    }
-                }
-                links
-            });
-            for step in
-                listed.iter().flat_map(|step| &links[*step]).filter(|step| !listed.contains(step))
-            {
-                let name = &net.steps[*step].name;
-                let message = format!(
-                    "the forced situation does not contain `{name}`, which its enclosing step activates"
+            listed.insert(*step);
+            let step = &net.steps[*step];
+            if !is_forced(step.part) {
+                self.report(
+                    codes::FORCING,
+                    span,
+                    format!("the step `{}` is not in the chart that is forced", step.name),
                 );
-                self.report(codes::FORCING, span, message);
             }
         }
-        for cycle in kosaraju_scc(&graph) {
+        self.twice(steps, span, "the forced situation", |id| {
+            net.steps.get(id).map(|step| step.name.text.clone())
+        });
+        let is_enclosing = |step: &StepId| {
+            net.steps.get(*step).is_some_and(|step| step.kind == StepKind::Enclosing)
+        };
+        if !steps.iter().any(is_enclosing) {
+            return;
+        }
+        let links = links.get_or_insert_with(|| {
+            let mut links = IdMap::filled(&net.steps, Vec::new());
+            for (id, step) in net.steps.iter().filter(|(_, step)| step.activation_link) {
+                if let Some(parent) = step.parent.filter(|parent| net.steps.get(*parent).is_some())
+                {
+                    links[parent].push(id);
+                }
+            }
+            links
+        });
+        for step in
+            listed.iter().flat_map(|step| &links[*step]).filter(|step| !listed.contains(step))
+        {
+            let name = &net.steps[*step].name;
+            let message = format!(
+                "the forced situation does not contain `{name}`, which its enclosing step activates"
+            );
+            self.report(codes::FORCING, span, message);
+        }
+    }
+
+    /// Reports partial charts that force themselves.
+    fn forcing_cycles(&mut self, graph: &DiGraph<PartId, ()>) {
+        let net = self.net;
+        for cycle in kosaraju_scc(graph) {
             let first = cycle.iter().min().copied();
             if let Some(first) = first
                 && (cycle.len() > 1 || graph.contains_edge(first, first))

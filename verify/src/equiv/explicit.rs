@@ -8,6 +8,7 @@ use grafsynth_logic::chip::most_clocks;
 use grafsynth_logic::sim::LogicSim;
 use grafsynth_sim::{Difference, InputRow, Row, Simulator, State, Stimulus};
 use indexmap::{IndexMap, IndexSet};
+use std::rc::Rc;
 
 use super::binding::{Binding, Compared, Shown, What};
 use super::{Certificate, Counterexample, Method, Verdict};
@@ -363,6 +364,74 @@ impl Reads<'_> {
     }
 }
 
+/// The search through pairs of states: of the chart and of the circuit.
+struct Search<'a> {
+    /// The rows to try; `None` if the assumptions allow none.
+    alphabet: Option<Alphabet<'a>>,
+    relevance: Relevance<'a>,
+    /// The inputs that the circuit reads in the clocks after the first.
+    while_busy: Option<Inputs>,
+    /// The rows for inputs that matter, and for time that does or does not.
+    rows: IndexMap<(Inputs, bool), Rc<[InputRow]>>,
+    pairs: IndexSet<(State, Vec<u64>)>,
+    /// For each pair except the first: the pair before, and the row between.
+    parents: Vec<Option<(u32, InputRow)>>,
+}
+
+impl Search<'_> {
+    /// The rows of a state in which the circuit reads these inputs, and the tick; `None` if there are more than `limit`.
+    fn rows(
+        &mut self,
+        state: &State,
+        (read, tick): (Inputs, bool),
+        limit: u64,
+    ) -> Option<Rc<[InputRow]>> {
+        let mut matter = self.relevance.inputs(state.situation());
+        matter.add(&read);
+        if let Some(read) = &self.while_busy {
+            matter.add(read);
+        }
+        let time = tick || self.relevance.largest_dt(state.situation()).is_some();
+        let key = (matter, time);
+        if let Some(rows) = self.rows.get(&key) {
+            return Some(rows.clone());
+        }
+        let rows = match &self.alphabet {
+            None => Vec::new(),
+            Some(alphabet) => alphabet.rows(&key.0, limit)?,
+        };
+        let dts = if time { 0..=1 } else { 1..=1 };
+        let with_dt = |row: &InputRow| {
+            let values = row.values.clone();
+            dts.clone().map(move |dt| InputRow { dt, values: values.clone() })
+        };
+        let rows: Rc<[InputRow]> = rows.iter().flat_map(with_dt).collect();
+        self.rows.insert(key, rows.clone());
+        Some(rows)
+    }
+
+    /// The rows from reset to a pair, and the last one.
+    fn way(&self, pair: usize, last: &InputRow) -> Vec<InputRow> {
+        let mut rows = vec![last.clone()];
+        let mut from = pair;
+        while let Some(Some((before, row))) = self.parents.get(from) {
+            rows.push(row.clone());
+            from = *before as usize;
+        }
+        rows.reverse();
+        rows
+    }
+
+    /// Adds a pair that a row leads to.
+    fn add(&mut self, from: usize, row: &InputRow, pair: (State, Vec<u64>)) {
+        let (to, is_new) = self.pairs.insert_full(pair);
+        if is_new {
+            debug_assert_eq!(to, self.parents.len());
+            self.parents.push(Some((from as u32, row.clone())));
+        }
+    }
+}
+
 /// The proof by enumeration.
 pub(super) fn equiv(
     net: &Valid<Net>,
@@ -382,7 +451,6 @@ pub(super) fn equiv(
         Err(NoAlphabet::Contradiction) => None,
         Err(NoAlphabet::TooMany(why)) => return Verdict::Open(Open::because(why)),
     };
-    let relevance = Relevance::of(net);
     let mut reads = Reads {
         net,
         logic,
@@ -392,96 +460,57 @@ pub(super) fn equiv(
     };
     let while_busy = binding.busy.map(|busy| reads.while_busy(busy));
     let mask = reads.count_between_reactions(binding.busy);
-    let mut states: IndexSet<(State, Vec<u64>)> = IndexSet::new();
-    let mut parents: Vec<Option<(u32, InputRow)>> = vec![None];
-    states.insert((simulator.state().clone(), lanes.code(0, &mask)));
-    let mut cache: IndexMap<(Inputs, bool), Vec<InputRow>> = IndexMap::new();
-    let mut pairs: u64 = 0;
+    let mut search = Search {
+        alphabet,
+        relevance: Relevance::of(net),
+        while_busy,
+        rows: IndexMap::new(),
+        pairs: IndexSet::from([(simulator.state().clone(), lanes.code(0, &mask))]),
+        parents: vec![None],
+    };
+    let open = |reason| Verdict::Open(Open::because(reason));
+    let mut reactions: u64 = 0;
     let mut at = 0;
-    while at < states.len() {
-        let Some((state, code)) = states.get_index(at).cloned() else { break };
-        let mut matter = relevance.inputs(state.situation());
-        let (read, tick) = reads.of(&code);
-        matter.add(&read);
-        if let Some(read) = &while_busy {
-            matter.add(read);
+    while let Some((state, code)) = search.pairs.get_index(at).cloned() {
+        let Some(rows) = search.rows(&state, reads.of(&code), limits.rows_per_state) else {
+            return open(OpenReason::Rows { limit: limits.rows_per_state });
+        };
+        if reactions.saturating_add(rows.len() as u64) > limits.pairs {
+            return open(OpenReason::Pairs { limit: limits.pairs, states: search.pairs.len() });
         }
-        let time = tick || relevance.largest_dt(state.situation()).is_some();
-        let key = (matter, time);
-        if !cache.contains_key(&key) {
-            let rows = match &alphabet {
-                None => Some(Vec::new()),
-                Some(alphabet) => alphabet.rows(&key.0, limits.rows_per_state),
-            };
-            let Some(rows) = rows else {
-                let limit = limits.rows_per_state;
-                return Verdict::Open(Open::because(OpenReason::Rows { limit }));
-            };
-            let dts = if time { 0..=1 } else { 1..=1 };
-            let rows = rows
-                .iter()
-                .flat_map(|row| dts.clone().map(|dt| InputRow { dt, values: row.values.clone() }));
-            cache.insert(key.clone(), rows.collect());
-        }
-        let rows = &cache[&key];
-        if pairs.saturating_add(rows.len() as u64) > limits.pairs {
-            let reason = OpenReason::Pairs { limit: limits.pairs, states: states.len() };
-            return Verdict::Open(Open::because(reason));
-        }
-        pairs += rows.len() as u64;
+        reactions += rows.len() as u64;
         for chunk in rows.chunks(64) {
             lanes.set_code(&code);
             let ended = lanes.react(net, chunk);
             for (lane, input) in chunk.iter().enumerate() {
                 simulator.set_state(&state);
                 let row = simulator.step(input);
-                let way = || {
-                    let mut rows = vec![input.clone()];
-                    let mut from = at;
-                    while let Some(Some((before, row))) = parents.get(from) {
-                        rows.push(row.clone());
-                        from = *before as usize;
-                    }
-                    rows.reverse();
-                    rows
-                };
-                if let Err(stuck) = ended {
+                let differs = match ended {
                     // The other lanes were not sampled, so nothing is known about them.
-                    if stuck != lane {
-                        continue;
-                    }
-                    let rows = way();
-                    return Verdict::Refuted(Counterexample {
-                        difference: Lanes::still_busy(rows.len()),
-                        stimulus: Stimulus::of_rows(net, &rows),
-                    });
+                    Err(stuck) if stuck != lane => continue,
+                    Err(_) => None,
+                    Ok(()) => lanes.difference(net, row, lane),
+                };
+                if differs.is_some() || ended.is_err() {
+                    let way = search.way(at, input);
+                    let difference = match differs {
+                        Some(differs) => lanes.report(net, row, lane, way.len(), differs),
+                        None => Lanes::still_busy(way.len()),
+                    };
+                    let stimulus = Stimulus::of_rows(net, &way);
+                    return Verdict::Refuted(Counterexample { stimulus, difference });
                 }
-                if let Some(differs) = lanes.difference(net, row, lane) {
-                    let rows = way();
-                    let difference = lanes.report(net, row, lane, rows.len(), differs);
-                    return Verdict::Refuted(Counterexample {
-                        stimulus: Stimulus::of_rows(net, &rows),
-                        difference,
-                    });
-                }
-                if row.open.next || row.open.row {
-                    // Everything that follows is unspecified, so there is nothing left to compare.
-                    continue;
-                }
-                let (to, is_new) =
-                    states.insert_full((simulator.state().clone(), lanes.code(lane, &mask)));
-                if is_new {
-                    debug_assert_eq!(to, parents.len());
-                    parents.push(Some((at as u32, input.clone())));
-                    if states.len() > limits.states {
-                        let limit = limits.states;
-                        return Verdict::Open(Open::because(OpenReason::States { limit }));
+                // If the next row is unspecified, there is nothing left to compare.
+                if !row.open.next && !row.open.row {
+                    search.add(at, input, (simulator.state().clone(), lanes.code(lane, &mask)));
+                    if search.pairs.len() > limits.states {
+                        return open(OpenReason::States { limit: limits.states });
                     }
                 }
             }
         }
         at += 1;
     }
-    let method = Method::Explicit { states: states.len() as u64, reactions: pairs };
+    let method = Method::Explicit { states: search.pairs.len() as u64, reactions };
     Verdict::Proved(Certificate { method, compared: binding.compared.len() })
 }

@@ -146,10 +146,7 @@ impl<'n> Encoded<'n> {
             first.retain(|(origin, _, _), _| !is_time(*origin));
         }
         let legal = legal_inputs(&mut model);
-        let overrun = match model.maker.more.get(depth as usize) {
-            Some(more) if depth < limit_of(net) => *more,
-            Some(_) | None => Lit::FALSE,
-        };
+        let overrun = model.maker.overrun();
         let violated = model.maker.forbidden(&reaction.state, &inputs, never);
         Ok(Encoded { model, next, first, legal, time, violated, overrun })
     }

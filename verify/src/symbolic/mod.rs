@@ -13,6 +13,7 @@
 // If this encoding forgot a variant, a proof could be wrong.
 #![warn(clippy::wildcard_enum_match_arm)]
 
+mod ages;
 mod aig;
 mod asserts;
 pub mod c;
@@ -38,6 +39,7 @@ mod select;
 mod shared;
 mod state;
 mod statechart;
+mod stuck;
 mod sweep;
 mod values;
 
@@ -45,6 +47,7 @@ use grafsynth_ir::Gather;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::Valid;
+use grafsynth_ir::expr::{CompareOp, Type};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::{Decoded, Logic, Node, NodeId, PinRole};
 use grafsynth_ir::net::{Driver, InputId, InputKind, Net, OpenCell, PropertyRole, StepId};
@@ -85,14 +88,12 @@ struct SharedInput {
 }
 
 impl SharedInput {
-    fn value(&self, aig: &mut Aig, ty: grafsynth_ir::expr::Type) -> Value {
+    fn value(&self, aig: &mut Aig, ty: Type) -> Value {
         match ty {
-            grafsynth_ir::expr::Type::Bool => {
+            Type::Bool => {
                 Value::Flag(self.bits.first().copied().unwrap_or(Lit::constant(self.lo != 0)))
             }
-            grafsynth_ir::expr::Type::Int { .. } => {
-                Value::Number(Number::from_code(aig, &self.bits, self.lo))
-            }
+            Type::Int { .. } => Value::Number(Number::from_code(aig, &self.bits, self.lo)),
         }
     }
 }
@@ -120,8 +121,37 @@ struct Model<'n> {
     decodes: BTreeMap<Lit, Vec<StepId>>,
     /// The names of the flip-flops of codes.
     code_bits: BTreeMap<Lit, String>,
+    /// For pairs of steps whose relative age is not part of the state: a variable for it, the lower step first.
+    orders: BTreeMap<(StepId, StepId), Lit>,
     /// For a statechart: the proved invariants of its states.
     structure: Option<Vec<Lit>>,
+}
+
+/// A value whose bits are new variables; `valid` receives the condition that they are a code of the type.
+fn free_value(aig: &mut Aig, ty: Type, valid: &mut state::Codes) -> (Vec<Lit>, Value) {
+    let bits: Vec<Lit> = (0..ty.bits()).map(|_| aig.variable()).collect();
+    let Type::Int { lo, hi } = ty else {
+        let flag = bits[0];
+        return (bits, Value::Flag(flag));
+    };
+    let number = Number::from_code(aig, &bits, lo);
+    let fits = Number::compare(aig, CompareOp::Le, &number, &Number::constant(hi));
+    if fits != Lit::TRUE {
+        valid.push((bits.clone(), fits));
+    }
+    (bits, Value::Number(number))
+}
+
+/// The rank of each bit in its word: 0 for a word of one bit, otherwise the higher bits first.
+fn bit_of<W: Ord>(words: Vec<(W, u32, Lit)>) -> BTreeMap<Lit, u32> {
+    let mut width: BTreeMap<&W, u32> = BTreeMap::new();
+    for (word, bit, _) in &words {
+        let width = width.entry(word).or_default();
+        *width = (*width).max(*bit);
+    }
+    let rank =
+        |(word, bit, lit): &(W, u32, Lit)| (*lit, if width[word] == 0 { 0 } else { 64 - bit });
+    words.iter().map(rank).gather()
 }
 
 impl<'n> Model<'n> {
@@ -145,43 +175,17 @@ impl<'n> Model<'n> {
         let mut values = Vec::new();
         let mut events = Vec::new();
         for (id, input) in net.inputs.iter() {
-            if let Some(shared) = shared.get(&id) {
-                for (bit, lit) in shared.bits.iter().enumerate() {
-                    input_bits.insert((id.index() as u32, bit as u32), *lit);
-                }
-                let value = shared.value(&mut maker.aig, input.ty);
-                if let (Value::Flag(flag), InputKind::Event) = (&value, input.kind) {
-                    events.push(*flag);
-                }
-                values.push(value);
-                continue;
-            }
-            let bits: Vec<Lit> = (0..input.ty.bits()).map(|_| maker.aig.variable()).collect();
+            let (bits, value) = match shared.get(&id) {
+                Some(shared) => (shared.bits.clone(), shared.value(&mut maker.aig, input.ty)),
+                None => free_value(&mut maker.aig, input.ty, &mut valid),
+            };
             for (bit, lit) in bits.iter().enumerate() {
                 input_bits.insert((id.index() as u32, bit as u32), *lit);
             }
-            match input.ty {
-                grafsynth_ir::expr::Type::Bool => {
-                    if input.kind == InputKind::Event {
-                        events.push(bits[0]);
-                    }
-                    values.push(Value::Flag(bits[0]));
-                }
-                grafsynth_ir::expr::Type::Int { lo, hi } => {
-                    let number = Number::from_code(&mut maker.aig, &bits, lo);
-                    let largest = Number::constant(hi);
-                    let fits = Number::compare(
-                        &mut maker.aig,
-                        grafsynth_ir::expr::CompareOp::Le,
-                        &number,
-                        &largest,
-                    );
-                    if fits != Lit::TRUE {
-                        valid.push((bits, fits));
-                    }
-                    values.push(Value::Number(number));
-                }
+            if let (Value::Flag(flag), InputKind::Event) = (&value, input.kind) {
+                events.push(*flag);
             }
+            values.push(value);
         }
         let tick = maker.aig.variable();
         let inputs = Inputs { values, tick, dt: None };
@@ -199,21 +203,12 @@ impl<'n> Model<'n> {
                 }
             }
         }
-        let mut bit_of = BTreeMap::new();
         let words = state_bits
             .iter()
             .map(|((origin, element, bit), lit)| ((Some((*origin, *element)), 0), *bit, *lit));
         let words =
             words.chain(input_bits.iter().map(|((input, bit), lit)| ((None, *input), *bit, *lit)));
-        let words: Vec<_> = words.collect();
-        let mut width = BTreeMap::new();
-        for (word, bit, _) in &words {
-            let width: &mut u32 = width.entry(*word).or_default();
-            *width = (*width).max(*bit);
-        }
-        for (word, bit, lit) in &words {
-            bit_of.insert(*lit, if width[word] == 0 { 0 } else { 64 - bit });
-        }
+        let bit_of = bit_of(words.collect());
         let name_of = state_bits.iter().map(|(key, lit)| (*lit, *key)).gather();
         let valid_of = valid
             .iter()
@@ -238,6 +233,7 @@ impl<'n> Model<'n> {
             events,
             decodes: BTreeMap::new(),
             code_bits: BTreeMap::new(),
+            orders: BTreeMap::new(),
             structure: None,
         })
     }
@@ -294,15 +290,11 @@ impl<'n> Model<'n> {
         if let Some(structure) = &self.structure {
             holds.extend(structure);
         }
-        let mut ages: Vec<StepId> = Vec::new();
         for lit in support {
-            match self.name_of.get(lit) {
-                Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) => {
-                    // Timer and task index of an inactive step are 0.
-                    clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
-                }
-                Some((Origin::Older(a, b), _, _)) => ages.extend([*a, *b]),
-                Some(_) | None => {}
+            let name = self.name_of.get(lit);
+            if let Some((Origin::Elapsed(step) | Origin::TaskIndex(step), _, _)) = name {
+                // Timer and task index of an inactive step are 0.
+                clauses.push(vec![!*lit, self.state_bits[&(Origin::Step(*step), 0, 0)]]);
             }
         }
         for (component, lits) in members {
@@ -312,31 +304,8 @@ impl<'n> Model<'n> {
                 clauses.push(lits);
             }
         }
-        self.total_order(ages, &mut clauses);
+        self.order_of_ages(support, &mut clauses);
         (holds, clauses)
-    }
-
-    /// Adds the assumption that the ages of these steps are a total order.
-    fn total_order(&self, mut steps: Vec<StepId>, clauses: &mut Vec<Vec<Lit>>) {
-        steps.sort_unstable();
-        steps.dedup();
-        if steps.len() > 24 {
-            return;
-        }
-        let older =
-            |a: StepId, b: StepId| self.state_bits.get(&(Origin::Older(a, b), 0, 0)).copied();
-        for (i, a) in steps.iter().enumerate() {
-            for (j, b) in steps.iter().enumerate().skip(i + 1) {
-                for c in &steps[j + 1..] {
-                    if let (Some(ab), Some(bc), Some(ac)) =
-                        (older(*a, *b), older(*b, *c), older(*a, *c))
-                    {
-                        clauses.push(vec![!ab, !bc, ac]);
-                        clauses.push(vec![ab, bc, !ac]);
-                    }
-                }
-            }
-        }
     }
 
     /// A point where two functions differ although the invariants are true, as the bits that are 1. The inner `None` means that they agree, the outer
@@ -356,7 +325,8 @@ impl<'n> Model<'n> {
         if let Some(answer) = shared.satisfy(self, facts, differ, &support) {
             return Some(answer);
         }
-        let (mut holds, clauses) = self.invariants(facts, &support);
+        let (mut holds, mut clauses) = self.invariants(facts, &support);
+        self.complete_order_of_ages(&support, &mut clauses);
         holds.push(differ);
         // Words are ordered bit by bit, so that arithmetic has small diagrams.
         let rank = |lit: Lit| self.bit_of.get(&lit).copied().unwrap_or(0);
@@ -508,7 +478,18 @@ fn prove_tied(
     debug_assert!(logic.inputs.values().all(|pin| pin.role != PinRole::Unknown));
     let nodes = import(model.aig(), logic, &coded.flops, &pins);
 
-    let can_search = net.unspecified.is_empty();
+    let next: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
+    let moved = Moved {
+        logic,
+        coded: &coded,
+        nodes: &nodes,
+        pins: &pins,
+        next: &next,
+        next_bits: &next_bits,
+        reset_bits: &reset_bits,
+        open: &open,
+        fault,
+    };
     let mut proof = Proof {
         model,
         shared: Shared::new(),
@@ -516,117 +497,37 @@ fn prove_tied(
         limits,
         same: 0,
         solved: 0,
-        can_search,
+        compared: 0,
+        can_search: net.unspecified.is_empty(),
         apart: Vec::new(),
         first_apart: None,
     };
-    let mut compared = 0;
-    for flop in logic.flops.values() {
-        let Some(holds) = flop.holds else { continue };
-        let key = (holds.origin, holds.element, holds.bit);
-        let is_fault = holds.origin == Origin::Fault;
-        let Some(wanted) = next_bits.get(&key).copied().or(is_fault.then_some(fault)) else {
-            continue;
-        };
-        compared += 1;
-        let first = if is_fault {
-            Some(false)
-        } else {
-            reset_bits.get(&key).and_then(|lit| lit.as_constant())
-        };
-        if first.is_some_and(|first| first != (flop.init != holds.inverted)) {
-            return Err(format!("flip-flop `{}` has a different value after power-up", flop.name));
-        }
-        let given = nodes[flop.next.index()].negate_if(holds.inverted);
-        proof.show(wanted, given, open.next, &format!("flip-flop `{}`", flop.name))?;
-    }
-    // The circuit after the clock, as functions of the state before it.
-    let moved: Vec<Lit> = logic.flops.values().map(|flop| nodes[flop.next.index()]).collect();
+    proof.flops(&moved)?;
     let is_needed = !coded.keys.is_empty() || !claims.is_empty();
-    let mut composed: Option<Vec<Lit>> =
-        is_needed.then(|| import(proof.model.aig(), logic, &moved, &pins));
-    if let Some(composed) = composed.as_ref() {
-        let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
-        let woken = import(proof.model.aig(), logic, &woken, &pins);
-        for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
-            let what = if is_step(bit) {
-                format!("step `{}`, by its code,", bit.name)
-            } else {
-                format!("time `{}`, by its shared timer,", bit.name)
-            };
-            compared += 1;
-            let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
-            if woken[bit.node.index()] != first {
-                return Err(format!("{what} has a different value after power-up"));
-            }
-            let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
-            proof.show(wanted, composed[bit.node.index()], open.next, &what)?;
-        }
-        for node in claims {
-            if woken[node.index()] != Lit::FALSE {
-                return Err("the power-up code encodes no step".to_owned());
-            }
-            let what = "the transition into an unused code";
-            proof.show(Lit::FALSE, composed[node.index()], open.next, what)?;
-        }
+    let mut composed = is_needed.then(|| proof.composed(&moved));
+    if let Some(composed) = &composed {
+        proof.decoded(&moved, claims, composed)?;
     }
-    for one in &binding.compared {
-        let Shown::Pin { pin, mealy } = one.shown else { continue };
-        let output = &logic.outputs[pin];
-        compared += 1;
-        let what = format!("output pin `{}`", output.name);
-        let (before_clock, after_clock, own) = match one.what {
-            What::Output(id) => {
-                let bit = one.bit as usize;
-                let code = |code: &[Lit]| code.get(bit).copied().unwrap_or(Lit::FALSE);
-                let after = after[id.index()].as_ref().map(|all| code(all));
-                (code(&outputs[id.index()]), after, open.outputs[id.index()])
-            }
-            What::Fault => (fault, None, Lit::FALSE),
-            What::Step(_) | What::Var(..) => continue,
-        };
-        if mealy {
-            proof.show(before_clock, nodes[output.value.index()], own, &what)?;
-            continue;
-        }
-        let own = proof.model.aig().or_all([own, open.next]);
-        if output.registered.is_some() {
-            proof.show(before_clock, nodes[output.value.index()], own, &what)?;
-            continue;
-        }
-        // The pin is a function of the new state. This is proved for any state if possible, otherwise for the states after a reaction.
-        if let Some(wanted) = after_clock
-            && proof.try_show(wanted, nodes[output.value.index()])
-        {
-            continue;
-        }
-        let composed =
-            composed.get_or_insert_with(|| import(proof.model.aig(), logic, &moved, &pins));
-        proof.show(before_clock, composed[output.value.index()], own, &what)?;
-    }
-    let mut clauses = 0;
-    if !proof.apart.is_empty() {
-        let moved = Moved {
-            logic,
-            coded: &coded,
-            next: &moved,
-            next_bits: &next_bits,
-            reset_bits: &reset_bits,
-        };
-        clauses = proof.exclude(&moved)?;
-    }
+    proof.pins(&moved, binding, &outputs, &after, &mut composed)?;
+    let clauses = if proof.apart.is_empty() { 0 } else { proof.exclude(&moved)? };
     let method = Method::Symbolic { same: proof.same, solved: proof.solved, clauses };
-    Ok(Certificate { method, compared })
+    Ok(Certificate { method, compared: proof.compared })
 }
 
 /// The circuit and the net after a reaction, as functions of the state before it.
 struct Moved<'m> {
     logic: &'m Logic,
     coded: &'m codes::Coded,
+    /// The nodes before the clock.
+    nodes: &'m [Lit],
+    pins: &'m [Lit],
     /// The next value of each flip-flop.
     next: &'m [Lit],
     next_bits: &'m BTreeMap<Key, Lit>,
     reset_bits: &'m BTreeMap<Key, Lit>,
+    open: &'m OpenCells,
+    /// The fault flag of the reaction.
+    fault: Lit,
 }
 
 /// The conditions under which the net leaves cells open, as functions of the state before a reaction and its inputs (semantics §3.6).
@@ -660,6 +561,8 @@ struct Proof<'n, 'f> {
     limits: &'f Limits,
     same: usize,
     solved: usize,
+    /// The number of compared bits.
+    compared: usize,
     /// True if differences in states that no invariant excludes are left to a search for a stronger invariant.
     can_search: bool,
     /// These differences.
@@ -669,13 +572,126 @@ struct Proof<'n, 'f> {
 }
 
 impl Proof<'_, '_> {
+    /// The circuit after the clock, as functions of the state before it.
+    fn composed(&mut self, moved: &Moved<'_>) -> Vec<Lit> {
+        import(self.model.aig(), moved.logic, moved.next, moved.pins)
+    }
+
+    /// The flip-flops that store a bit of the state or the fault flag.
+    fn flops(&mut self, moved: &Moved<'_>) -> Result<(), String> {
+        let Moved { logic, nodes, next_bits, reset_bits, open, fault, .. } = moved;
+        for flop in logic.flops.values() {
+            let Some(holds) = flop.holds else { continue };
+            let key = (holds.origin, holds.element, holds.bit);
+            let is_fault = holds.origin == Origin::Fault;
+            let Some(wanted) = next_bits.get(&key).copied().or(is_fault.then_some(*fault)) else {
+                continue;
+            };
+            self.compared += 1;
+            let first = if is_fault {
+                Some(false)
+            } else {
+                reset_bits.get(&key).and_then(|lit| lit.as_constant())
+            };
+            if first.is_some_and(|first| first != (flop.init != holds.inverted)) {
+                return Err(format!(
+                    "flip-flop `{}` has a different value after power-up",
+                    flop.name
+                ));
+            }
+            let given = nodes[flop.next.index()].negate_if(holds.inverted);
+            self.show(wanted, given, open.next, &format!("flip-flop `{}`", flop.name))?;
+        }
+        Ok(())
+    }
+
+    /// The bits of the state that flip-flops encode, and the unused codes.
+    fn decoded(
+        &mut self,
+        moved: &Moved<'_>,
+        claims: &[NodeId],
+        composed: &[Lit],
+    ) -> Result<(), String> {
+        let Moved { logic, coded, pins, next_bits, reset_bits, open, .. } = moved;
+        let woken: Vec<Lit> = logic.flops.values().map(|flop| Lit::constant(flop.init)).collect();
+        let woken = import(self.model.aig(), logic, &woken, pins);
+        for (bit, key) in logic.decoded.iter().zip(&coded.keys) {
+            let what = if is_step(bit) {
+                format!("step `{}`, by its code,", bit.name)
+            } else {
+                format!("time `{}`, by its shared timer,", bit.name)
+            };
+            self.compared += 1;
+            let first = reset_bits.get(key).copied().unwrap_or(Lit::FALSE);
+            if woken[bit.node.index()] != first {
+                return Err(format!("{what} has a different value after power-up"));
+            }
+            let wanted = next_bits.get(key).copied().unwrap_or(Lit::FALSE);
+            self.show(wanted, composed[bit.node.index()], open.next, &what)?;
+        }
+        for node in claims {
+            if woken[node.index()] != Lit::FALSE {
+                return Err("the power-up code encodes no step".to_owned());
+            }
+            let what = "the transition into an unused code";
+            self.show(Lit::FALSE, composed[node.index()], open.next, what)?;
+        }
+        Ok(())
+    }
+
+    /// The output pins. `after` are the outputs of the situation, as functions of the state alone.
+    fn pins(
+        &mut self,
+        moved: &Moved<'_>,
+        binding: &Binding,
+        outputs: &[Vec<Lit>],
+        after: &[Option<Vec<Lit>>],
+        composed: &mut Option<Vec<Lit>>,
+    ) -> Result<(), String> {
+        let Moved { logic, nodes, open, fault, .. } = moved;
+        for one in &binding.compared {
+            let Shown::Pin { pin, mealy } = one.shown else { continue };
+            let output = &logic.outputs[pin];
+            self.compared += 1;
+            let what = format!("output pin `{}`", output.name);
+            let (before_clock, after_clock, own) = match one.what {
+                What::Output(id) => {
+                    let bit = one.bit as usize;
+                    let code = |code: &[Lit]| code.get(bit).copied().unwrap_or(Lit::FALSE);
+                    let after = after[id.index()].as_ref().map(|all| code(all));
+                    (code(&outputs[id.index()]), after, open.outputs[id.index()])
+                }
+                What::Fault => (*fault, None, Lit::FALSE),
+                What::Step(_) | What::Var(..) => continue,
+            };
+            if mealy {
+                self.show(before_clock, nodes[output.value.index()], own, &what)?;
+                continue;
+            }
+            let own = self.model.aig().or_all([own, open.next]);
+            if output.registered.is_some() {
+                self.show(before_clock, nodes[output.value.index()], own, &what)?;
+                continue;
+            }
+            // The pin is a function of the new state. This is proved for any state if possible, otherwise for the states after a reaction.
+            if let Some(wanted) = after_clock
+                && self.try_show(wanted, nodes[output.value.index()])
+            {
+                continue;
+            }
+            let composed = composed.get_or_insert_with(|| self.composed(moved));
+            self.show(before_clock, composed[output.value.index()], own, &what)?;
+        }
+        Ok(())
+    }
+
     /// Proves by property-directed reachability that the functions that differ in some states are equal in every reachable one. Returns the number of clauses.
     ///
     /// Up to the first reaction in which they differ, circuit and net are in the same state. So the states that the circuit reaches with its own functions,
     /// together with what only the net stores, are the states of both.
     fn exclude(&mut self, moved: &Moved<'_>) -> Result<usize, String> {
         let first_apart = self.first_apart.take().unwrap_or_default();
-        let Moved { logic, coded, next, next_bits, reset_bits } = moved;
+        let Moved { logic, coded, next, next_bits, reset_bits, .. } = moved;
         let mut registers: BTreeMap<Lit, Register> = BTreeMap::new();
         for ((flop, lit), next) in logic.flops.values().zip(&coded.flops).zip(next.iter()) {
             let inverted = lit.is_negated();

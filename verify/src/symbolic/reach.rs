@@ -126,7 +126,7 @@ pub(crate) fn reach(
     let mut work = limits.image_work;
     let mut depth = limit.min(4);
     loop {
-        match attempt(net, facts, limits, &asked, limit, depth, &mut work) {
+        match attempt(net, facts, limits, &asked, depth, &mut work) {
             Ok(reached) => return Ok(reached),
             Err(Failed::Open(why)) => return Err(why),
             // Earlier attempts used their part of the work.
@@ -157,7 +157,6 @@ fn attempt(
     facts: &Facts,
     limits: &Limits,
     questions: &Asked<'_>,
-    limit: u32,
     depth: u32,
     work: &mut u64,
 ) -> Result<Reached, Failed> {
@@ -178,7 +177,7 @@ fn attempt(
     let Transition { initial, next, legal, overrun, more, fired, broken, is_row } =
         match net.settings.policy.is_statechart() {
             true => checks(&mut model, questions, limits)?,
-            false => reactions(&mut model, questions, depth, limit)?,
+            false => reactions(&mut model, questions)?,
         };
     let n_bits = model.state_bits.len() + model.input_bits.len();
     if n_bits > limits.image_bits {
@@ -317,13 +316,8 @@ struct Transition {
     is_row: Lit,
 }
 
-/// One reaction of at most `depth` micro-steps in each step.
-fn reactions(
-    model: &mut Model<'_>,
-    questions: &Asked<'_>,
-    depth: u32,
-    limit: u32,
-) -> Result<Transition, Failed> {
+/// One reaction in each step, of at most as many micro-steps as the model has.
+fn reactions(model: &mut Model<'_>, questions: &Asked<'_>) -> Result<Transition, Failed> {
     let net = model.maker.net;
     let initial = initial(model)?;
     let (state, inputs) = (model.state.clone(), model.inputs.clone());
@@ -331,10 +325,7 @@ fn reactions(
     let shape = model.maker.shape.clone();
     let next = shape.bits(net, model.aig(), &reaction.state);
     let legal = legal_inputs(model);
-    let overrun = match model.maker.more.get(depth as usize) {
-        Some(more) if depth < limit => *more,
-        Some(_) | None => Lit::FALSE,
-    };
+    let overrun = model.maker.overrun();
     let mut broken = Vec::new();
     for never in questions.never.iter().flatten() {
         broken.push(model.maker.forbidden(&reaction.state, &inputs, never));

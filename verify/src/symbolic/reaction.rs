@@ -391,6 +391,12 @@ impl<'n> Maker<'n> {
         self.aig.or_all(ways)
     }
 
+    /// The condition under which the last reaction takes more micro-steps than are encoded. If the chart's limit is encoded, that is a fault instead.
+    pub(super) fn overrun(&self) -> Lit {
+        let more = self.more.get(self.depth as usize).filter(|_| !self.may_fault);
+        more.copied().unwrap_or(Lit::FALSE)
+    }
+
     /// EVOLVE of semantics §3.9; returns the fault.
     fn evolve(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
         let net = self.net;

@@ -110,6 +110,36 @@ pub(crate) struct State {
     pub(crate) external: Option<Queue>,
 }
 
+/// Makes the pieces of a state.
+struct Pieces<'a, M> {
+    make: &'a mut M,
+}
+
+impl<M: FnMut(Origin, u32, Type) -> Value> Pieces<'_, M> {
+    fn flag(&mut self, origin: Origin) -> Lit {
+        (self.make)(origin, 0, Type::Bool).flag()
+    }
+
+    /// A queue for at most `bound` of `n_events` events.
+    fn queue(
+        &mut self,
+        bound: Option<u32>,
+        n_events: i64,
+        items: Origin,
+        length: Origin,
+    ) -> Option<Queue> {
+        let bound = bound?;
+        let ty = Type::Int { lo: 0, hi: n_events };
+        let items = (0..bound).map(|at| (self.make)(items, at, ty).number()).collect();
+        Some(Queue { items, length: self.ticks(length, i64::from(bound)) })
+    }
+
+    /// A number of ticks, or another number from 0.
+    fn ticks(&mut self, origin: Origin, hi: i64) -> Number {
+        (self.make)(origin, 0, Type::Int { lo: 0, hi }).number()
+    }
+}
+
 impl Shape {
     pub(crate) fn of(net: &Net) -> Shape {
         let mut shape = Shape {
@@ -171,122 +201,66 @@ impl Shape {
 
     /// Calls `make` for each piece of the state with its name and type, and builds a state from the results.
     fn build(&self, net: &Net, make: &mut impl FnMut(Origin, u32, Type) -> Value) -> State {
-        let ticks = |cap: i64| Type::Int { lo: 0, hi: cap };
-        let active =
-            net.steps.ids().map(|step| make(Origin::Step(step), 0, Type::Bool).flag()).collect();
-        let mut counters =
-            |caps: &[Option<i64>], origin: fn(StepId) -> Origin| -> Vec<Option<Number>> {
-                net.steps
-                    .ids()
-                    .map(|step| {
-                        caps[step.index()].map(|cap| make(origin(step), 0, ticks(cap)).number())
-                    })
-                    .collect()
-            };
+        let mut pieces = Pieces { make };
+        let active = net.steps.ids().map(|step| pieces.flag(Origin::Step(step))).collect();
+        let mut counters = |caps: &[Option<i64>], origin: fn(StepId) -> Origin| {
+            let steps = net.steps.ids();
+            steps.map(|step| Some(pieces.ticks(origin(step), caps[step.index()]?))).collect()
+        };
         let elapsed = counters(&self.elapsed, Origin::Elapsed);
         let last_elapsed = counters(&self.last_elapsed, Origin::LastElapsed);
-        let task = net
-            .steps
-            .iter()
+        let task = (net.steps.iter())
             .map(|(step, data)| {
                 let n = data.tasks.len() as i64;
-                (n > 0).then(|| make(Origin::TaskIndex(step), 0, ticks(n)).number())
+                (n > 0).then(|| pieces.ticks(Origin::TaskIndex(step), n))
             })
             .collect();
-        let vars = net
-            .vars
-            .iter()
+        let vars = (net.vars.iter())
             .map(|(id, var)| {
-                (0..var.len.unwrap_or(1))
-                    .map(|element| make(Origin::Var(id), element, var.ty))
-                    .collect()
+                let elements = 0..var.len.unwrap_or(1);
+                elements.map(|element| (pieces.make)(Origin::Var(id), element, var.ty)).collect()
             })
             .collect();
-        let timers = net
-            .timers
-            .ids()
-            .map(|id| {
-                self.timers[id.index()].map(|cap| make(Origin::Timer(id), 0, ticks(cap)).number())
-            })
-            .collect();
-        let held = net
-            .timers
-            .ids()
-            .map(|id| make(Origin::TimerCondition(id), 0, Type::Bool).flag())
-            .collect();
-        let old = net.edges.ids().map(|id| make(Origin::Edge(id), 0, Type::Bool).flag()).collect();
-        let older = self
-            .older
-            .iter()
-            .map(|(a, b)| ((*a, *b), make(Origin::Older(*a, *b), 0, Type::Bool).flag()))
-            .gather();
-        let q =
-            net.actions.ids().map(|id| make(Origin::ActionQ(id), 0, Type::Bool).flag()).collect();
-        let latches = self
-            .latches
-            .iter()
-            .map(|(id, part)| {
-                ((*id, *part), make(Origin::ActionLatch(*id, *part), 0, Type::Bool).flag())
+        let timers = net.timers.ids();
+        let timers =
+            timers.map(|id| Some(pieces.ticks(Origin::Timer(id), self.timers[id.index()]?)));
+        let timers = timers.collect();
+        let held = net.timers.ids().map(|id| pieces.flag(Origin::TimerCondition(id))).collect();
+        let old = net.edges.ids().map(|id| pieces.flag(Origin::Edge(id))).collect();
+        let older = self.older.iter();
+        let older = older.map(|it| (*it, pieces.flag(Origin::Older(it.0, it.1)))).gather();
+        let q = net.actions.ids().map(|id| pieces.flag(Origin::ActionQ(id))).collect();
+        let latches = self.latches.iter();
+        let latches =
+            latches.map(|it| (*it, pieces.flag(Origin::ActionLatch(it.0, it.1)))).gather();
+        let times = (self.times.iter())
+            .map(|it| {
+                let cap = i64::from(net.actions[it.0].duration);
+                (*it, pieces.ticks(Origin::ActionTimer(it.0, it.1), cap))
             })
             .gather();
-        let times = self
-            .times
-            .iter()
-            .map(|(id, part)| {
-                let cap = i64::from(net.actions[*id].duration);
-                ((*id, *part), make(Origin::ActionTimer(*id, *part), 0, ticks(cap)).number())
-            })
-            .gather();
-        let raised = net
-            .inputs
-            .ids()
-            .map(|id| {
-                if self.raised[id.index()] {
-                    make(Origin::Pending(id), 0, Type::Bool).flag()
-                } else {
-                    Lit::FALSE
-                }
-            })
-            .collect();
+        let raised = net.inputs.ids().map(|id| match self.raised[id.index()] {
+            true => pieces.flag(Origin::Pending(id)),
+            false => Lit::FALSE,
+        });
+        let raised = raised.collect();
         let chart = &self.chart;
-        let slots = net
-            .sends
-            .ids()
+        let slots = (net.sends.ids())
             .map(|id| {
-                let delay = chart.slots.get(id.index()).copied().flatten();
-                delay.map(|delay| make(Origin::SendTimer(id), 0, ticks(delay)).number())
+                let delay = chart.slots.get(id.index()).copied().flatten()?;
+                Some(pieces.ticks(Origin::SendTimer(id), delay))
             })
             .collect();
-        let recorded = chart
-            .recorded
-            .iter()
-            .map(|(history, step)| {
-                let origin = Origin::Recorded(*history, *step);
-                ((*history, *step), make(origin, 0, Type::Bool).flag())
-            })
-            .gather();
-        let ended = chart
-            .ended
-            .iter()
-            .map(|part| (*part, make(Origin::Ended(*part), 0, Type::Bool).flag()))
-            .gather();
-        let kept = chart
-            .kept
-            .iter()
-            .map(|(output, part)| {
-                let origin = Origin::HeldOutput(*output, *part);
-                ((*output, *part), make(origin, 0, Type::Bool).flag())
-            })
-            .gather();
-        let mut queue = |bound: Option<u32>, items: Origin, length: Origin| {
-            let bound = bound?;
-            let ty = Type::Int { lo: 0, hi: chart.n_events };
-            let items = (0..bound).map(|at| make(items, at, ty).number()).collect();
-            let length = make(length, 0, ticks(i64::from(bound))).number();
-            Some(Queue { items, length })
-        };
-        let internal = queue(chart.internal, Origin::InternalQueue, Origin::InternalLength);
-        let external = queue(chart.external, Origin::ExternalQueue, Origin::ExternalLength);
+        let recorded = chart.recorded.iter();
+        let recorded = recorded.map(|it| (*it, pieces.flag(Origin::Recorded(it.0, it.1)))).gather();
+        let ended = chart.ended.iter();
+        let ended = ended.map(|part| (*part, pieces.flag(Origin::Ended(*part)))).gather();
+        let kept = chart.kept.iter();
+        let kept = kept.map(|it| (*it, pieces.flag(Origin::HeldOutput(it.0, it.1)))).gather();
+        let (items, length) = (Origin::InternalQueue, Origin::InternalLength);
+        let internal = pieces.queue(chart.internal, chart.n_events, items, length);
+        let (items, length) = (Origin::ExternalQueue, Origin::ExternalLength);
+        let external = pieces.queue(chart.external, chart.n_events, items, length);
         State {
             active,
             elapsed,

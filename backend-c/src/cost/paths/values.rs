@@ -25,12 +25,8 @@ impl Values {
         if lo > hi {
             return Values::NONE;
         }
-        let mut bits = [0; 4];
-        if let Some(span) = hi.checked_sub(lo).filter(|span| *span < SPAN) {
-            for at in 0..=span {
-                set(&mut bits, at);
-            }
-        }
+        let span = hi.checked_sub(lo).filter(|span| *span < SPAN);
+        let bits = span.map_or([0; 4], |span| down([u64::MAX; 4], SPAN - 1 - span));
         Values { lo, hi, bits }
     }
 
@@ -86,6 +82,18 @@ impl Values {
     /// The value, if there is only one.
     pub(in crate::cost) fn only(self) -> Option<i64> {
         (self.lo == self.hi).then_some(self.lo)
+    }
+
+    /// The entries of a table at these indices.
+    pub(in crate::cost) fn entries(self, table: &[i64]) -> Values {
+        match self.listed() {
+            Some(list) => {
+                Values::of(list.into_iter().filter_map(|at| {
+                    usize::try_from(at).ok().and_then(|at| table.get(at)).copied()
+                }))
+            }
+            None => Values::of(table.iter().copied()),
+        }
     }
 
     /// The values, if there are few enough to track them individually.
@@ -205,21 +213,25 @@ impl Kind {
 
     /// All its values. Unsigned 64-bit numbers above the largest signed one do not occur in emitted text.
     pub(in crate::cost) fn all(self) -> Values {
-        if self.is_bool {
-            return Values::range(0, 1);
-        }
+        let (lo, hi) = self.ends();
+        Values::range(lo, hi)
+    }
+
+    /// The smallest and the largest of its values.
+    fn ends(self) -> (i64, i64) {
         match (self.bits, self.signed) {
-            (0..=63, true) => Values::range(-(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1),
-            (0..=63, false) => Values::range(0, (1 << self.bits) - 1),
-            (_, true) => Values::range(i64::MIN, i64::MAX),
-            (_, false) => Values::range(0, i64::MAX),
+            _ if self.is_bool => (0, 1),
+            (0..=63, true) => (-(1 << (self.bits - 1)), (1 << (self.bits - 1)) - 1),
+            (0..=63, false) => (0, (1 << self.bits) - 1),
+            (_, true) => (i64::MIN, i64::MAX),
+            (_, false) => (0, i64::MAX),
         }
     }
 
     /// These values converted to the type.
     pub(in crate::cost) fn take(self, values: Values) -> Values {
-        let all = self.all();
-        if values.is_none() || (values.lo() >= all.lo() && values.hi() <= all.hi()) {
+        let (lo, hi) = self.ends();
+        if values.is_none() || (values.lo() >= lo && values.hi() <= hi) {
             return values;
         }
         if self.is_bool {
@@ -231,7 +243,7 @@ impl Kind {
             Some(listed) if self.bits < 64 => {
                 Values::of(listed.into_iter().map(|it| self.wrapped(it)))
             }
-            Some(_) | None => all,
+            Some(_) | None => Values::range(lo, hi),
         }
     }
 
@@ -258,6 +270,29 @@ impl Number {
     pub(in crate::cost) fn truth(values: Values, int_bits: u8) -> Number {
         Number::new(values, Kind::int(int_bits))
     }
+
+    /// A constant, in the smallest signed type from `int` on that contains it.
+    pub(in crate::cost) fn literal(value: i64, int_bits: u8) -> Number {
+        let fits = |bits: &u8| Kind::int(*bits).all().contains(value);
+        let bits = [int_bits, 32].into_iter().find(fits).unwrap_or(64);
+        Number { is_loose: value >= 0, ..Number::truth(Values::one(value), bits) }
+    }
+
+    /// The number from one of two paths, in the wider type.
+    pub(in crate::cost) fn or(self, other: Number) -> Number {
+        Number {
+            values: self.values.or(other.values),
+            kind: if self.kind.bits >= other.kind.bits { self.kind } else { other.kind },
+            is_loose: self.is_loose || other.is_loose,
+        }
+    }
+
+    /// `~`: any value of the promoted type, signed or unsigned.
+    pub(in crate::cost) fn complement(self, int_bits: u8) -> Number {
+        let kind = if self.kind.bits < int_bits { Kind::int(int_bits) } else { self.kind };
+        let unsigned = Kind { signed: false, ..kind }.all();
+        Number { values: Values::range(kind.all().lo(), unsigned.hi()), kind, is_loose: true }
+    }
 }
 
 /// The maximum number of value pairs for which an operator is evaluated one by one.
@@ -281,18 +316,18 @@ pub(in crate::cost) fn arithmetic(sign: &str, a: Number, b: Number, int_bits: u8
     let is_loose = a.is_loose || b.is_loose;
     let found =
         exact(sign, a.values, b.values).unwrap_or_else(|| wide(sign, a.values, b.values, kind));
-    let all = kind.all();
-    let values = if found.lo() >= all.lo() && found.hi() <= all.hi() {
+    let (least, most) = kind.ends();
+    let (_, most_unsigned) = Kind { signed: false, ..kind }.ends();
+    let values = if found.lo() >= least && found.hi() <= most {
         found
     } else if is_loose || kind.signed {
         // Either signedness is possible: the smaller of the minimums and the larger of the maximums.
-        let unsigned = Kind { signed: false, ..kind }.all();
-        Values::range(all.lo().min(kind.all().lo()), unsigned.hi().max(all.hi()))
+        Values::range(least, most_unsigned.max(most))
     } else {
         kind.take(found)
     };
     let values = if is_loose && values.lo() < 0 {
-        values.or(Values::range(values.lo(), Kind { signed: false, ..kind }.all().hi()))
+        values.or(Values::range(values.lo(), most_unsigned))
     } else {
         values
     };

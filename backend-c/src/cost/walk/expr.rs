@@ -127,31 +127,7 @@ impl Walker<'_> {
             Expr::Number(_) | Expr::Nothing | Expr::List(_) => {
                 Ok(Value::of(Type::number(16, false), false))
             }
-            Expr::Name(name) => {
-                if let Some(local) = self.find(name).cloned() {
-                    let value = Value::of(local.ty, local.rom);
-                    match value.ty {
-                        Type::Number { bits, .. } if local.rom => {
-                            self.pay_width(&machine.rom, bits)
-                        }
-                        Type::Number { bits, .. } => self.local(bits),
-                        Type::Pointer(..) => self.local(16),
-                        Type::Void | Type::Array(..) | Type::Struct(_) => {}
-                    }
-                    return Ok(value);
-                }
-                let Some(global) = self.unit.globals.get(name) else {
-                    return self.unknown(format!("the name `{name}`"));
-                };
-                let value = Value::of(global.ty.clone(), global.rom);
-                match value.ty {
-                    Type::Number { bits, .. } if value.rom => self.pay_width(&machine.rom, bits),
-                    Type::Number { bits, .. } => self.pay_width(&machine.load, bits),
-                    Type::Array(..) | Type::Pointer(..) => self.pay_width(&machine.constant, 16),
-                    Type::Void | Type::Struct(_) => {}
-                }
-                Ok(value)
-            }
+            Expr::Name(name) => self.named(name),
             Expr::Member(..) | Expr::Index(..) | Expr::Unary("*", _) => {
                 let (value, field) = self.place(expr)?;
                 self.load(&value, field);
@@ -197,40 +173,69 @@ impl Walker<'_> {
             }
             Expr::Binary(sign, a, b) => self.arithmetic(sign, a, b),
             Expr::Assign(operator, left, right) => self.assign(*operator, left, right),
-            Expr::Choice(condition, yes, no) => {
-                self.condition(condition)?;
-                let (before, n) = (self.cost, self.calls.len());
-                let left = self.value(yes)?;
-                let (first, calls) = (self.cost, self.calls.split_off(n));
-                self.cost = before;
-                let right = self.value(no)?;
-                // The worst-case path takes the more expensive arm.
-                if first.time > self.cost.time {
-                    self.calls.truncate(n);
-                    self.calls.extend(calls);
-                }
-                self.cost = self.cost.or(first);
-                self.pay(machine.jump);
-                let value = if left.bits >= right.bits { left } else { right };
-                // The narrower operand is widened to the wider one.
-                self.pay_width(&machine.widen, value.bits);
-                Ok(value)
-            }
-            Expr::Cast(ty, inner) => {
-                let value = self.value(inner)?;
-                let Type::Number { bits, is_bool, .. } = ty else {
-                    return Ok(Value::of(ty.clone(), value.rom));
-                };
-                if *is_bool && !matches!(value.ty, Type::Number { is_bool: true, .. }) {
-                    self.pay_width(&machine.compare, value.bits);
-                    self.pay(machine.truth);
-                } else if *bits > value.bits {
-                    self.pay_width(&machine.widen, *bits);
-                }
-                Ok(Value::of(ty.clone(), false))
-            }
+            Expr::Choice(condition, yes, no) => self.choice(condition, yes, no),
+            Expr::Cast(ty, inner) => self.cast(ty, inner),
             Expr::Call(name, arguments) => self.call(name, arguments),
         }
+    }
+
+    /// The value of a variable: a local, a parameter or a global.
+    fn named(&mut self, name: &str) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        let local = self.find(name).cloned();
+        let is_local = local.is_some();
+        let value = match (local, self.unit.globals.get(name)) {
+            (Some(local), _) => Value::of(local.ty, local.rom),
+            (None, Some(global)) => Value::of(global.ty.clone(), global.rom),
+            (None, None) => return self.unknown(format!("the name `{name}`")),
+        };
+        match value.ty {
+            Type::Number { bits, .. } if value.rom => self.pay_width(&machine.rom, bits),
+            Type::Number { bits, .. } if is_local => self.local(bits),
+            Type::Number { bits, .. } => self.pay_width(&machine.load, bits),
+            Type::Pointer(..) if is_local => self.local(16),
+            Type::Array(..) if is_local => {}
+            Type::Array(..) | Type::Pointer(..) => self.pay_width(&machine.constant, 16),
+            Type::Void | Type::Struct(_) => {}
+        }
+        Ok(value)
+    }
+
+    /// `condition ? yes : no`. The worst-case path takes the more expensive arm.
+    fn choice(&mut self, condition: &Expr, yes: &Expr, no: &Expr) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        self.condition(condition)?;
+        let (before, n) = (self.cost, self.calls.len());
+        let left = self.value(yes)?;
+        let (first, calls) = (self.cost, self.calls.split_off(n));
+        self.cost = before;
+        let right = self.value(no)?;
+        if first.time > self.cost.time {
+            self.calls.truncate(n);
+            self.calls.extend(calls);
+        }
+        self.cost = self.cost.or(first);
+        self.pay(machine.jump);
+        let value = if left.bits >= right.bits { left } else { right };
+        // The narrower operand is widened to the wider one.
+        self.pay_width(&machine.widen, value.bits);
+        Ok(value)
+    }
+
+    /// A conversion: to a truth value, a comparison with zero; to a wider number, an extension.
+    fn cast(&mut self, ty: &Type, inner: &Expr) -> Result<Value, NotUnderstood> {
+        let machine = self.machine;
+        let value = self.value(inner)?;
+        let Type::Number { bits, is_bool, .. } = ty else {
+            return Ok(Value::of(ty.clone(), value.rom));
+        };
+        if *is_bool && !matches!(value.ty, Type::Number { is_bool: true, .. }) {
+            self.pay_width(&machine.compare, value.bits);
+            self.pay(machine.truth);
+        } else if *bits > value.bits {
+            self.pay_width(&machine.widen, *bits);
+        }
+        Ok(Value::of(ty.clone(), false))
     }
 
     fn promoted(&self, value: &Value) -> u8 {

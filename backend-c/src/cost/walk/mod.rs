@@ -99,6 +99,24 @@ impl Flow {
             };
         }
     }
+
+    /// The ways out of a loop with this body: after all rounds, or from the last one by `break` or `return`.
+    /// Each round asks the condition, and ends with `step`; leaving the body costs a `jump`.
+    fn repeated(self, rounds: u64, first: Cost, asked: Cost, step: Cost, jump: Cost) -> Flow {
+        let round = match (self.on[NEXT], self.on[CONTINUE]) {
+            (Some(a), Some(b)) => Some(a.or(b)),
+            (a, b) => a.or(b),
+        };
+        let round = round.map(|it| it.plus(asked).plus(step)).unwrap_or_default();
+        let mut all = Flow::only(NEXT, first.plus(round.times(rounds)).plus(asked));
+        let but_one = first.plus(round.times(rounds.saturating_sub(1))).plus(asked);
+        for (way, out) in [(NEXT, BREAK), (RETURN, RETURN)] {
+            if let (Some(last), true) = (self.on[out], rounds > 0) {
+                all.join(Flow::only(way, but_one.plus(last).plus(jump)), Cost::default());
+            }
+        }
+        all
+    }
 }
 
 /// The results of the walk for a statement.
@@ -251,24 +269,16 @@ pub(super) fn bound(
     contract: &Contract,
     map: &[(u32, Vec<Object>)],
 ) -> Result<super::Bound, NotUnderstood> {
-    let named = |ends: &[&str]| -> Vec<String> {
-        ends.iter().map(|end| format!("{prefix}_{end}")).collect()
-    };
-    let walker = walked(unit, machine, marks, &named(&["init", "step"]), None)?;
+    let named = |end: &str| format!("{prefix}_{end}");
+    let walker = walked(unit, machine, marks, &["init", "step"].map(named), None)?;
     let tables = unit.globals.values().map(|it| size(unit, machine, &it.ty)).sum::<u64>();
     let find = |end: &str| {
-        let name = format!("{prefix}_{end}");
-        walker
-            .by_name
-            .get(&*name)
-            .copied()
-            .ok_or_else(|| NotUnderstood::new(0, format!("no `{name}`")))
+        let name = named(end);
+        let found = walker.by_name.get(&*name).copied();
+        found.ok_or_else(|| NotUnderstood::new(0, format!("no `{name}`")))
     };
     let (step, init) = (find("step")?, find("init")?);
-    let of_type = |end: &str| {
-        let name = format!("{prefix}_{end}");
-        unit.types.get(&*name).map_or(0, |ty| size(unit, machine, ty))
-    };
+    let of_type = |end: &str| unit.types.get(&*named(end)).map_or(0, |ty| size(unit, machine, ty));
     let total = |index: usize| walker.summaries.get(index).cloned().unwrap_or_default();
     let of_text = total(step).cost;
     let call = Cost::of(u64::from(machine.call.time));
@@ -284,49 +294,24 @@ pub(super) fn bound(
     };
     // An estimate, which is used to choose a style, is based on the text.
     let found = if machine.is_bounded { paths::worst(&chart) } else { Err(Stopped::Estimate) };
-    let (cost, of_one_event, way, open) = match &found {
+    let (cost, of_one_event, way) = match &found {
         Ok(found) if found.price.time <= of_text.time => {
             let cost = |price: Price| Cost { user: price.user, ..Cost::of(price.time) };
             tracer.gone(&found.path);
-            (cost(found.price), cost(found.of_one_event), found.way, None)
+            (cost(found.price), cost(found.of_one_event), found.way)
         }
         Ok(_) | Err(_) => {
             tracer.function(step, 1, &[]);
-            (of_text, of_text, Way::Text, found.as_ref().err().map(ToString::to_string))
+            (of_text, of_text, Way::Text)
         }
     };
     let path = tracer.path;
-    let unbounded = contract.limit.and_then(|limit| {
-        let settled = found.as_ref().ok().map(|it| it.settled);
-        match settled {
-            Some(Some(settled)) if settled.time.saturating_mul(FAR) >= cost.time => None,
-            Some(None) => None,
-            Some(Some(_)) | None => Some(format!(
-                "no number of micro-steps is proved; with the limit of {limit}, a reaction would take {} {}",
-                cost.plus(call).time,
-                machine.unit
-            )),
-        }
-    });
-    let (unbounded, open) = match &found {
-        Err(why @ Stopped::TooMuch) if unbounded.is_none() => {
-            let time = cost.plus(call).time;
-            let unit = machine.unit;
-            (
-                Some(format!(
-                    "{why}; judging by the C code alone, a reaction would take {time} {unit}"
-                )),
-                None,
-            )
-        }
-        Ok(_) | Err(_) => (unbounded, open),
-    };
+    let (unbounded, open) = reservations(&found, contract.limit, cost, machine);
     // The scan is in the header, and is compiled only if it is called, so it is analysed separately. The ring passes one event to each reaction.
-    let known = Some((format!("{prefix}_step"), of_one_event));
-    let scanning = walked(unit, machine, marks, &named(&["scan_isr", "scan"]), known)?;
+    let known = Some((named("step"), of_one_event));
+    let scanning = walked(unit, machine, marks, &["scan_isr", "scan"].map(named), known)?;
     let scan = |end: &str| {
-        let name = format!("{prefix}_{end}");
-        let summary = scanning.summaries.get(*scanning.by_name.get(&*name)?)?;
+        let summary = scanning.summaries.get(*scanning.by_name.get(&*named(end))?)?;
         Some(super::ScanBound {
             time: summary.cost.plus(call).time,
             user_calls: summary.cost.user,
@@ -351,6 +336,33 @@ pub(super) fn bound(
         scan_isr: scan("scan_isr"),
         tasks: walker.tasks,
     })
+}
+
+/// Why the time of a reaction is not a useful bound, and why it is from the text alone.
+fn reservations(
+    found: &Result<paths::Found, Stopped>,
+    limit: Option<u32>,
+    cost: Cost,
+    machine: &Machine,
+) -> (Option<String>, Option<String>) {
+    let (time, unit) = (cost.plus(Cost::of(u64::from(machine.call.time))).time, machine.unit);
+    let settles = found.as_ref().is_ok_and(|it| {
+        it.settled.is_none_or(|settled| settled.time.saturating_mul(FAR) >= cost.time)
+    });
+    let open = found.as_ref().err().map(ToString::to_string);
+    match (limit, found) {
+        (Some(limit), _) if !settles => {
+            let why = format!(
+                "no number of micro-steps is proved; with the limit of {limit}, a reaction would take {time} {unit}"
+            );
+            (Some(why), open)
+        }
+        (_, Err(why @ Stopped::TooMuch)) => {
+            let text = "judging by the C code alone, a reaction would take";
+            (Some(format!("{why}; {text} {time} {unit}")), None)
+        }
+        _ => (None, open),
+    }
 }
 
 /// The functions that these roots need, callees first.

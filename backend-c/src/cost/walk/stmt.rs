@@ -301,27 +301,10 @@ impl Walker<'_> {
         let jump = Cost::of(u64::from(machine.jump.time));
         self.text += u64::from(machine.jump.text);
         let (flow, ops) = self.list(body)?;
-        // A round that continues the loop.
-        let round = match (flow.on[NEXT], flow.on[CONTINUE]) {
-            (Some(a), Some(b)) => Some(a.or(b)),
-            (a, b) => a.or(b),
-        };
-        let round = round.map(|it| it.plus(asked.0).plus(stepped.0).plus(jump));
-        let whole = round.unwrap_or_default().times(rounds);
-        let but_one = round.unwrap_or_default().times(rounds.saturating_sub(1));
-        let mut all = Flow::only(NEXT, first.plus(whole).plus(asked.0));
-        if rounds > 0 {
-            for (way, out) in [(NEXT, BREAK), (RETURN, RETURN)] {
-                if let Some(last) = flow.on[out] {
-                    let cost = first.plus(but_one).plus(asked.0).plus(last).plus(jump);
-                    all.join(Flow::only(way, cost), Cost::default());
-                }
-            }
-        }
+        info.flow = flow.repeated(rounds, first, asked.0, stepped.0.plus(jump), jump);
         info.own = first;
         info.rounds = rounds;
         info.arms = vec![(asked.0, asked.1), (stepped.0.plus(jump), stepped.1)];
-        info.flow = all;
         self.locals.truncate(depth);
         let gone = self.forget(stmt.line, first_cell);
         let whole = self.op(stmt.line, |it| {

@@ -146,7 +146,6 @@ impl Tracer<'_> {
     fn stmt(&mut self, stmt: &Stmt, way: usize, times: u64, around: &[Object]) {
         let Some(info) = self.info(stmt).cloned() else { return };
         let around = self.objects(stmt.line, around);
-        let time_of = |flow: Flow, way: usize| flow.on[way].map(|it| it.time);
         match &stmt.kind {
             Kind::Expr(_) | Kind::Local { .. } | Kind::Return(_) => {
                 self.own(stmt.line, info.own, &info.calls, times, &around);
@@ -154,102 +153,127 @@ impl Tracer<'_> {
             Kind::Break | Kind::Continue | Kind::UserCode => {}
             Kind::Block(body) => self.list(body, way, times, &around),
             Kind::If(arms, otherwise) => {
-                let mut before = 0_u64;
-                let mut best: Option<(u64, usize)> = None;
-                let bodies: Vec<&[Stmt]> = arms
-                    .iter()
-                    .map(|(_, body)| body.as_slice())
-                    .chain([otherwise.as_slice()])
-                    .collect();
-                let jump = u64::from(self.walker.machine.jump.time);
-                // A branch that continues jumps over the branches after it.
-                let last = bodies.len() - usize::from(otherwise.is_empty());
-                let jump_of = |at: usize| if way == NEXT && at + 1 < last { jump } else { 0 };
-                for (at, body) in bodies.iter().enumerate() {
-                    before += info.arms.get(at).map_or(0, |(cost, _)| cost.time);
-                    if let Some(time) = time_of(self.flow(body), way) {
-                        let time = before + time + jump_of(at);
-                        if best.is_none_or(|(dearest, _)| time > dearest) {
-                            best = Some((time, at));
-                        }
-                    }
-                }
-                let Some((_, taken)) = best else { return };
-                for (cost, calls) in info.arms.iter().take(taken + 1) {
-                    self.own(stmt.line, *cost, calls, times, &around);
-                }
-                self.add(stmt.line, &around, times, jump_of(taken));
-                if let Some(body) = bodies.get(taken) {
-                    // A branch is not a statement; its first line is the line of its head, or the next one.
-                    let inner = match body.first() {
-                        Some(first) => self.objects(first.line.saturating_sub(1), &around),
-                        None => around.clone(),
-                    };
-                    self.list(body, way, times, &inner);
-                }
+                let bodies = arms.iter().map(|(_, body)| body.as_slice());
+                let bodies: Vec<&[Stmt]> = bodies.chain([otherwise.as_slice()]).collect();
+                self.branch(stmt.line, &info, &bodies, (way, times), &around);
             }
             Kind::Switch(_, sections) => {
                 self.own(stmt.line, info.own, &info.calls, times, &around);
-                let mut best: Option<(u64, usize, usize)> = None;
-                for (at, (_, body)) in sections.iter().enumerate() {
-                    let flow = self.flow(body);
-                    let ways: &[usize] = if way == NEXT { &[NEXT, BREAK] } else { &[way] };
-                    for out in ways {
-                        let jump = u64::from(self.walker.machine.jump.time);
-                        let jump = if *out == BREAK { jump } else { 0 };
-                        if let Some(time) = time_of(flow, *out).map(|it| it + jump)
-                            && best.is_none_or(|(dearest, ..)| time > dearest)
-                        {
-                            best = Some((time, at, *out));
-                        }
-                    }
-                }
-                if let Some((_, at, out)) = best
-                    && let Some((_, body)) = sections.get(at)
-                {
-                    if out == BREAK {
-                        let jump = u64::from(self.walker.machine.jump.time);
-                        self.add(stmt.line, &around, times, jump);
-                    }
-                    let inner = match body.first() {
-                        Some(first) => self.objects(first.line.saturating_sub(1), &around),
-                        None => around,
-                    };
-                    self.list(body, out, times, &inner);
-                }
+                self.section(stmt.line, sections, (way, times), &around);
             }
             Kind::Loop { init, body, .. } => {
                 if let Some(init) = init {
                     self.stmt(init, NEXT, times, &around);
                 }
-                let flow = self.flow(body);
-                let rounds = info.rounds;
-                let on = match (time_of(flow, NEXT), time_of(flow, CONTINUE)) {
-                    (Some(a), Some(b)) if b > a => CONTINUE,
-                    (None, _) => CONTINUE,
-                    (Some(_), _) => NEXT,
-                };
-                let heads: u64 = info.arms.iter().map(|(cost, _)| cost.time).sum();
-                let round = time_of(flow, on).map_or(0, |it| it.saturating_add(heads));
-                let jump = u64::from(self.walker.machine.jump.time);
-                // Either all rounds, or one round fewer, followed by the exit from the body.
-                let out = if way == NEXT { BREAK } else { way };
-                let leaves = time_of(flow, out)
-                    .filter(|last| way != NEXT || last.saturating_add(jump) > round);
-                let whole = if leaves.is_some() { rounds.saturating_sub(1) } else { rounds };
-                let all = times.saturating_mul(whole);
-                for (at, (cost, calls)) in info.arms.iter().enumerate() {
-                    let asked = if at == 0 { all.saturating_add(times) } else { all };
-                    self.own(stmt.line, *cost, calls, asked, &around);
-                }
-                if time_of(flow, on).is_some() && whole > 0 {
-                    self.list(body, on, all, &around);
-                }
-                if leaves.is_some() && rounds > 0 {
-                    self.add(stmt.line, &around, times, jump);
-                    self.list(body, out, times, &around);
-                }
+                self.repeat(stmt.line, &info, body, (way, times), &around);
             }
         }
     }
+
+    /// The time of a jump.
+    fn jump(&self) -> u64 {
+        u64::from(self.walker.machine.jump.time)
+    }
+
+    /// The most expensive branch with this way out, after the conditions up to it. The last body is `else`, which may be empty.
+    fn branch(
+        &mut self,
+        line: u32,
+        info: &Info,
+        bodies: &[&[Stmt]],
+        (way, times): (usize, u64),
+        around: &[Object],
+    ) {
+        let jump = self.jump();
+        // A branch that continues jumps over the branches after it.
+        let last = bodies.len() - usize::from(bodies.last().is_some_and(|body| body.is_empty()));
+        let jump_of = |at: usize| if way == NEXT && at + 1 < last { jump } else { 0 };
+        let mut before = 0_u64;
+        let mut ends = Vec::new();
+        for (at, body) in bodies.iter().enumerate() {
+            before += info.arms.get(at).map_or(0, |(cost, _)| cost.time);
+            let out = self.flow(body).on[way];
+            ends.extend(out.map(|out| (before + out.time + jump_of(at), at)));
+        }
+        let Some(taken) = dearest(ends) else { return };
+        for (cost, calls) in info.arms.iter().take(taken + 1) {
+            self.own(line, *cost, calls, times, around);
+        }
+        self.add(line, around, times, jump_of(taken));
+        self.inner(bodies[taken], way, times, around);
+    }
+
+    /// The most expensive section of a `switch` with this way out.
+    fn section<L>(
+        &mut self,
+        line: u32,
+        sections: &[(L, Vec<Stmt>)],
+        (way, times): (usize, u64),
+        around: &[Object],
+    ) {
+        let ways: &[usize] = if way == NEXT { &[NEXT, BREAK] } else { &[way] };
+        let jump = self.jump();
+        let jump_of = |out: usize| if out == BREAK { jump } else { 0 };
+        let ends = sections.iter().flat_map(|(_, body)| {
+            let flow = self.flow(body);
+            let end = move |out: &usize| Some((flow.on[*out]?.time + jump_of(*out), (body, *out)));
+            ways.iter().filter_map(end)
+        });
+        let Some((body, out)) = dearest(ends) else { return };
+        self.add(line, around, times, jump_of(out));
+        self.inner(body, out, times, around);
+    }
+
+    /// The body of a branch. A branch is not a statement; its first line is the line of its head, or the next one.
+    fn inner(&mut self, body: &[Stmt], way: usize, times: u64, around: &[Object]) {
+        match body.first() {
+            Some(first) => {
+                let inner = self.objects(first.line.saturating_sub(1), around);
+                self.list(body, way, times, &inner);
+            }
+            None => self.list(body, way, times, around),
+        }
+    }
+
+    /// All rounds of a loop, or one round fewer, followed by the exit from the body.
+    fn repeat(
+        &mut self,
+        line: u32,
+        info: &Info,
+        body: &[Stmt],
+        (way, times): (usize, u64),
+        around: &[Object],
+    ) {
+        let flow = self.flow(body);
+        let time_of = |way: usize| flow.on[way].map(|it| it.time);
+        let on = match (time_of(NEXT), time_of(CONTINUE)) {
+            (Some(a), Some(b)) if b > a => CONTINUE,
+            (None, _) => CONTINUE,
+            (Some(_), _) => NEXT,
+        };
+        let heads: u64 = info.arms.iter().map(|(cost, _)| cost.time).sum();
+        let round = time_of(on).map_or(0, |it| it.saturating_add(heads));
+        let jump = self.jump();
+        let out = if way == NEXT { BREAK } else { way };
+        let leaves = time_of(out).filter(|last| way != NEXT || last.saturating_add(jump) > round);
+        let whole = if leaves.is_some() { info.rounds.saturating_sub(1) } else { info.rounds };
+        let all = times.saturating_mul(whole);
+        for (at, (cost, calls)) in info.arms.iter().enumerate() {
+            let asked = if at == 0 { all.saturating_add(times) } else { all };
+            self.own(line, *cost, calls, asked, around);
+        }
+        if time_of(on).is_some() && whole > 0 {
+            self.list(body, on, all, around);
+        }
+        if leaves.is_some() && info.rounds > 0 {
+            self.add(line, around, times, jump);
+            self.list(body, out, times, around);
+        }
+    }
+}
+
+/// The first of the most expensive alternatives.
+fn dearest<T>(all: impl IntoIterator<Item = (u64, T)>) -> Option<T> {
+    let all = all.into_iter();
+    all.reduce(|best, next| if next.0 > best.0 { next } else { best }).map(|(_, it)| it)
 }

@@ -22,7 +22,7 @@ mod tree;
 
 use super::handing::{as_type, clear_words, hand_in, hand_out};
 use super::{Plan, member, shown};
-use crate::c::print::{Arm, Kind, Node};
+use crate::c::print::Node;
 use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Engine, EngineFile, StyleOutput, with_unused};
@@ -115,18 +115,7 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
         .values()
         .map(|var| (var.init.first().copied().unwrap_or(0).to_string(), var.name.to_string()));
     tables.add(Row::Number("int32_t"), "start", "variables at reset", values.collect());
-    let mut initial = Vec::new();
-    for enter in net.parts.values().flat_map(|part| &part.initial) {
-        match enter {
-            Enter::Step(step) => {
-                initial.push((format!("{}U", step.index()), net.steps[*step].name.to_string()));
-            }
-            Enter::InitialContent(_) => {}
-            Enter::History(_) => return refuse("a history that is entered at reset", span),
-        }
-    }
-    let n_initial = initial.len();
-    tables.add(Row::Number("uint16_t"), "initial", "entered at reset", initial);
+    let n_initial = initial(net, &mut tables)?;
     if tables.most > usize::from(u16::MAX) - 1 || rules.cases.len() > usize::from(u16::MAX) - 1 {
         return refuse("tables of more than 65534 rows", span);
     }
@@ -147,6 +136,25 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Tabled<Sty
     let inner = net.settings.policy == grafsynth_ir::net::Policy::InnerFirst;
     let rule = rule(names, rules.cases);
     Ok(emit(net, names, &plan, ticks, tables.finish(rule, &counts, inner), remembered))
+}
+
+/// The states entered at reset; the result is their number.
+fn initial(net: &Net, tables: &mut Tables) -> Tabled<usize> {
+    let mut initial = Vec::new();
+    for enter in net.parts.values().flat_map(|part| &part.initial) {
+        match enter {
+            Enter::Step(step) => {
+                initial.push((format!("{}U", step.index()), net.steps[*step].name.to_string()));
+            }
+            Enter::InitialContent(_) => {}
+            Enter::History(_) => {
+                return refuse("a history that is entered at reset", net.name.span);
+            }
+        }
+    }
+    let n_initial = initial.len();
+    tables.add(Row::Number("uint16_t"), "initial", "entered at reset", initial);
+    Ok(n_initial)
 }
 
 /// The tables as text.
@@ -187,7 +195,7 @@ impl Tables {
         let (Row::Number(ty) | Row::Structure(ty)) = ty;
         let head = format!("static GB_ROM {ty} {}_{name}[{n}] =", self.prefix);
         self.nodes.push(Node::comment(title));
-        self.nodes.push(Kind::Braces(head, body, ";".to_owned()).into());
+        self.nodes.push(Node::braced(head, body));
         self.nodes.push(Node::blank());
     }
 
@@ -205,9 +213,7 @@ impl Tables {
             body.push(Node::line(format!("{count}U,")).note(*name));
         }
         body.push(Node::line(format!("{inner},")).note("inner transitions first"));
-        nodes.push(
-            Kind::Braces(format!("const gb_chart_t {prefix}_chart ="), body, ";".to_owned()).into(),
-        );
+        nodes.push(Node::braced(format!("const gb_chart_t {prefix}_chart ="), body));
         nodes
     }
 }
@@ -345,21 +351,69 @@ fn histories(
 }
 
 /// The rules as one function.
-fn rule(names: &Names, mut cases: Vec<Node>) -> Vec<Node> {
-    cases.push(Kind::Case(vec!["default:".to_owned()], vec![Node::line("break;")]).into());
+fn rule(names: &Names, cases: Vec<Node>) -> Vec<Node> {
     let body = vec![
         Node::line("int32_t value = 0;"),
-        Kind::Block(vec![Arm::new("switch (run->number)", cases)]).into(),
+        Node::switch("run->number", cases),
         Node::line("return value;"),
     ];
-    vec![
-        Node::comment("Guards, actions, entries, exits, operands of edges, outputs."),
-        Node::function(format!("static int32_t {}_rule(gb_run_t *run)", names.prefix), body),
-        Node::blank(),
-    ]
+    Node::documented(
+        "Guards, actions, entries, exits, operands of edges, outputs.",
+        format!("static int32_t {}_rule(gb_run_t *run)", names.prefix),
+        body,
+    )
+    .into()
 }
 
 // --- NAME.h and NAME.c -----------------------------------------------------------------------------------------------------------------------------
+
+/// The body of `NAME_init` (`reset`) or `NAME_step`.
+fn reaction(
+    net: &Net,
+    names: &Names,
+    plan: &Plan<'_>,
+    ticks: Option<Ticks>,
+    reset: bool,
+) -> Vec<Node> {
+    let (prefix, upper) = (&names.prefix, &names.upper);
+    let inputs: Vec<_> =
+        plan.inputs.iter().filter_map(|(id, at)| Some((id, usize::from((*at)?)))).collect();
+    let mut body = vec![
+        Node::line(format!("int32_t inputs[{}];", inputs.len().max(1))),
+        Node::line(format!("uint8_t marks[{upper}_MARKS];")),
+        Node::line(format!("uint16_t chosen[{upper}_CHOSEN];")),
+        Node::line("gb_run_t run;"),
+    ];
+    body.extend(hand_in(net, names, &inputs, "inputs", reset));
+    body.extend(super::set_run(&[
+        ("chart", &format!("&{prefix}_chart")),
+        ("active", "self->active"),
+        ("time", "self->time"),
+        ("values", "self->values"),
+        ("in", "inputs"),
+        ("marks", "marks"),
+        ("chosen", "chosen"),
+        ("n_chosen", "0U"),
+        ("number", "0U"),
+        ("fresh", "false"),
+    ]));
+    let clear = format!("for (uint16_t i = 0U; i < {upper}_MARKS; ++i)");
+    body.push(Node::block(clear, vec![Node::line("marks[i] = 0U;")]));
+    if reset {
+        // Unused bits are cleared too, because instances are compared byte by byte.
+        body.push(super::clear_array(&format!("{upper}_ACTIVE"), "self->active[i] = 0U;"));
+        body.push(super::clear_array(&format!("{upper}_TIMES"), "self->time[i] = 0;"));
+        body.push(super::clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
+    }
+    let dt = if ticks.is_some() { "dt" } else { "0U" };
+    let call = if reset { "gb_init(&run)".to_owned() } else { format!("gb_step(&run, {dt})") };
+    body.push(Node::line(format!("self->fault = {call};")));
+    body.extend(clear_words(names));
+    let outputs = net.outputs.iter().enumerate();
+    let outputs = outputs.map(|(at, (id, _))| (id, format!("gb_output(&run, {at}U)")));
+    body.extend(hand_out(net, names, outputs));
+    body
+}
 
 fn emit(
     net: &Net,
@@ -385,47 +439,6 @@ fn emit(
         member(&format!("int32_t values[{upper}_VALUES]"), "variables"),
         member("bool fault", "the last reaction did not become stable"),
     ];
-    let inputs: Vec<_> =
-        plan.inputs.iter().filter_map(|(id, at)| Some((id, usize::from((*at)?)))).collect();
-    let run = |reset: bool| {
-        let mut body = vec![
-            Node::line(format!("int32_t inputs[{}];", inputs.len().max(1))),
-            Node::line(format!("uint8_t marks[{upper}_MARKS];")),
-            Node::line(format!("uint16_t chosen[{upper}_CHOSEN];")),
-            Node::line("gb_run_t run;"),
-        ];
-        body.extend(hand_in(net, names, &inputs, "inputs", reset));
-        for (name, value) in [
-            ("chart", format!("&{prefix}_chart")),
-            ("active", "self->active".to_owned()),
-            ("time", "self->time".to_owned()),
-            ("values", "self->values".to_owned()),
-            ("in", "inputs".to_owned()),
-            ("marks", "marks".to_owned()),
-            ("chosen", "chosen".to_owned()),
-            ("n_chosen", "0U".to_owned()),
-            ("number", "0U".to_owned()),
-            ("fresh", "false".to_owned()),
-        ] {
-            body.push(Node::line(format!("run.{name} = {value};")));
-        }
-        let clear = format!("for (uint16_t i = 0U; i < {upper}_MARKS; ++i)");
-        body.push(Node::block(clear, vec![Node::line("marks[i] = 0U;")]));
-        if reset {
-            // Unused bits are cleared too, because instances are compared byte by byte.
-            body.push(super::clear_array(&format!("{upper}_ACTIVE"), "self->active[i] = 0U;"));
-            body.push(super::clear_array(&format!("{upper}_TIMES"), "self->time[i] = 0;"));
-            body.push(super::clear_array(&format!("{upper}_VALUES"), "self->values[i] = 0;"));
-        }
-        let dt = if ticks.is_some() { "dt" } else { "0U" };
-        let call = if reset { "gb_init(&run)".to_owned() } else { format!("gb_step(&run, {dt})") };
-        body.push(Node::line(format!("self->fault = {call};")));
-        body.extend(clear_words(names));
-        let outputs = net.outputs.iter().enumerate();
-        let outputs = outputs.map(|(at, (id, _))| (id, format!("gb_output(&run, {at}U)")));
-        body.extend(hand_out(net, names, outputs));
-        body
-    };
     let values = net
         .vars
         .iter()
@@ -439,7 +452,6 @@ fn emit(
         Node::comment("The tables."),
         Node::line(format!("extern const gb_chart_t {prefix}_chart;")),
     ]);
-    let parameters = ["self"];
     StyleOutput {
         style: "btrans",
         instance,
@@ -447,8 +459,8 @@ fn emit(
         fault: Some("self->fault".to_owned()),
         has_fault: true,
         ticks,
-        init: with_unused(&parameters, run(true)),
-        step: run(false),
+        init: with_unused(&["self"], reaction(net, names, plan, ticks, true)),
+        step: reaction(net, names, plan, ticks, false),
         engine: Some(Engine {
             files: FILES.to_vec(),
             room: None,

@@ -2,7 +2,7 @@
 
 use super::Emit;
 use crate::Object;
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use crate::range::Range;
 use crate::style_output::Member;
 use crate::times::count_type;
@@ -160,19 +160,12 @@ impl Emit<'_> {
                 );
             }
             let member = self.vars[index].clone();
-            nodes.push(
-                Kind::Braces("enum".to_string(), body, ";".to_string())
-                    .into_note(&format!("values of {member}")),
-            );
+            nodes.push(Node::braced("enum", body).note(format!("values of {member}")));
         }
         if self.plan.machines.iter().any(|machine| machine.has_none) {
             nodes.push(
-                Kind::Braces(
-                    "enum".to_string(),
-                    vec![Node::line(format!("{} = 0", self.none_code()))],
-                    ";".to_string(),
-                )
-                .into_note("no step of that variable is active"),
+                Node::braced("enum", vec![Node::line(format!("{} = 0", self.none_code()))])
+                    .note("no step of that variable is active"),
             );
         }
         nodes

@@ -6,7 +6,7 @@
 
 use super::Emit;
 use crate::Object;
-use crate::c::print::{Kind, Node};
+use crate::c::print::Node;
 use crate::times::count_type;
 use grafsynth_ir::net::{Driver, StepId};
 use grafsynth_ir::plan::following;
@@ -102,26 +102,16 @@ impl Emit<'_> {
                 let which = if word == 0 { String::new() } else { (word + 1).to_string() };
                 let var = self.vars[index].replace(['[', ']'], "_");
                 let name = format!("{}_lit{which}_{var}", self.names.prefix);
-                let none = machine.has_none.then(|| Node::line(format!("{},", io.output_mask(0))));
+                let none = machine.has_none.then(|| Node::line(io.output_mask(0)));
                 let rows = machine.steps.iter().map(|step| {
-                    Node::line(format!("{},", io.output_mask(mask_of(*step))))
+                    Node::line(io.output_mask(mask_of(*step)))
                         .note(self.net.steps[*step].name.text.clone())
                         .about(Object::Step(*step))
                 });
-                let mut rows: Vec<Node> = none.into_iter().chain(rows).collect();
-                if let Some(last) = rows.last_mut()
-                    && let Kind::Line(text) = &mut last.kind
-                {
-                    text.truncate(text.trim_end_matches(',').len());
-                }
+                let rows: Vec<Node> = none.into_iter().chain(rows).collect();
                 let count = rows.len();
-                let head = format!(
-                    "static {}_ROM {} {name}[{count}] =",
-                    self.names.upper,
-                    io.output_type()
-                );
                 tables.push(Node::comment("The outputs of each step."));
-                tables.push(Kind::Braces(head, rows, ";".to_string()).into());
+                tables.push(Node::table(&self.names.upper, io.output_type(), &name, rows));
                 // Corrupted memory must not read outside the table; if every value of the type is a row, it cannot.
                 let light = io.light(word, &format!("{name}[{}]", self.var(index)));
                 let all = count == 256 && count_type(255) == Self::state_type(machine);

@@ -13,9 +13,9 @@ mod read;
 
 use super::plan::{self, Latch, Machine, Plan};
 use super::table::Tables;
-use crate::c::print::{Arm, Kind, Node, comment_text};
+use crate::c::print::{Arm, Kind, Node};
 use crate::calls;
-use crate::cexpr::{CExpr, Helpers, Prec, c_expr};
+use crate::cexpr::{CExpr, Helpers, Prec};
 use crate::names::Names;
 use crate::style_output::{StyleOutput, mentions, with_unused, without_unused};
 use crate::times::{Ticks, count_type, unsigned};
@@ -31,7 +31,7 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::plan::Needs;
 use moves::weight;
-use read::{Place, Reader};
+use read::Place;
 use std::collections::BTreeSet;
 
 /// All data needed to print the C code.
@@ -70,9 +70,13 @@ struct Scratch {
     ty: &'static str,
     name: String,
     init: Init,
-    /// True if it is set again in each micro-step.
-    each_step: bool,
     note: String,
+}
+
+impl Scratch {
+    fn new(ty: &'static str, name: String, init: Init, note: &str) -> Self {
+        Scratch { ty, name, init, note: note.to_string() }
+    }
 }
 
 /// The value that a [`Scratch`] has at first.
@@ -100,6 +104,11 @@ impl Init {
             Init::NotAsked | Init::NotFired => "false",
             Init::FirstOnly(value) => &value.text,
         }
+    }
+
+    /// True if it is set again in each micro-step.
+    fn is_of_each_step(&self) -> bool {
+        matches!(self, Init::NotFired | Init::None(_) | Init::Old(_))
     }
 
     /// True if nothing assigns the value later, so that it can be a constant local.
@@ -337,90 +346,57 @@ impl<'a> Emit<'a> {
     /// Collects the data of one reaction.
     fn plan_scratch(&mut self) {
         let mut scratch = Vec::new();
-        let mut add = |ty, name: String, init: Init, each_step, note: &str| {
-            scratch.push(Scratch { ty, name, init, each_step, note: note.to_string() });
-        };
-        let conditions: Vec<(InputId, Latch)> =
-            self.plan.latches.iter().map(|(id, latch)| (*id, *latch)).collect();
-        for (id, latch) in conditions {
+        for (id, latch) in self.plan.latches.clone() {
             let name = &self.names.inputs[id];
             let ty = storage(self.net.inputs[id].ty);
-            let call = format!("{name}()");
-            match latch {
-                Latch::Always => {
-                    let init = Init::Call(call);
-                    add(ty, format!("cond_{name}"), init, false, "called once, at the start");
-                }
+            let (init, note) = match latch {
+                Latch::Always => (Init::Call(format!("{name}()")), "called once, at the start"),
                 Latch::OnDemand => {
-                    add("bool", format!("asked_{name}"), Init::NotAsked, false, "");
-                    add(
-                        ty,
-                        format!("cond_{name}"),
-                        Init::Later(zero(self.net, id)),
-                        false,
-                        "called when first needed",
-                    );
+                    scratch.push(Scratch::new("bool", format!("asked_{name}"), Init::NotAsked, ""));
+                    (Init::Later(zero(self.net, id)), "called when first needed")
                 }
-                Latch::InCase => {}
-            }
+                Latch::InCase => continue,
+            };
+            scratch.push(Scratch::new(ty, format!("cond_{name}"), init, note));
         }
-        let edges: Vec<EdgeId> = self.edges.iter().copied().collect();
-        for edge in edges {
-            let now =
-                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
-            let was = format!("self->{}", self.names.edges[edge]);
-            let name = self.names.edges[edge].trim_start_matches("was_").to_string();
+        for edge in self.edges.clone() {
+            let now = self.value(&self.net.edges[edge].expr, Place::Free);
+            let was = CExpr::condition(format!("self->{}", self.names.edges[edge]), Prec::Atom);
+            let name = self.names.edges[edge].trim_start_matches("was_");
             let (rises, falls) = self.edge_uses(edge);
-            if rises {
-                let rise =
-                    CExpr::and([now.clone(), CExpr::condition(was.clone(), Prec::Atom).not()]);
-                add("bool", format!("rise_{name}"), Init::FirstOnly(rise), false, "");
-            }
-            if falls {
-                let fall = CExpr::and([now.not(), CExpr::condition(was, Prec::Atom)]);
-                add("bool", format!("fall_{name}"), Init::FirstOnly(fall), false, "");
+            let rise = rises.then(|| ("rise", CExpr::and([now.clone(), was.clone().not()])));
+            let fall = falls.then(|| ("fall", CExpr::and([now.not(), was])));
+            for (which, value) in rise.into_iter().chain(fall) {
+                let init = Init::FirstOnly(value);
+                scratch.push(Scratch::new("bool", format!("{which}_{name}"), init, ""));
             }
         }
         if self.stable {
             if self.net.inputs.values().any(|input| input.kind == InputKind::Event) {
-                add(
-                    "bool",
-                    "first".to_string(),
-                    Init::FirstOnly(CExpr::bool(true)),
-                    false,
-                    "events are present in the first micro-step",
-                );
+                let note = "events are present in the first micro-step";
+                let init = Init::FirstOnly(CExpr::bool(true));
+                scratch.push(Scratch::new("bool", "first".to_string(), init, note));
             }
             let note = "something fired in this micro-step";
-            add("bool", "fired".to_string(), Init::NotFired, true, note);
+            scratch.push(Scratch::new("bool", "fired".to_string(), Init::NotFired, note));
         }
-        for (id, _) in self.net.transitions.iter() {
-            if self.needs_flag(id) {
-                add("bool", self.fire_flag(id), Init::NotFired, true, &self.transition_note(id));
-            }
+        for id in self.net.transitions.ids().filter(|id| self.needs_flag(*id)) {
+            let note = self.transition_note(id);
+            scratch.push(Scratch::new("bool", self.fire_flag(id), Init::NotFired, &note));
         }
         for (index, machine) in self.plan.machines.iter().enumerate() {
-            let var = &self.vars[index];
+            let (ty, var) = (Self::state_type(machine), &self.vars[index]);
             if machine.is_entered {
-                add(
-                    Self::state_type(machine),
-                    format!("enter_{var}"),
-                    Init::None(self.none_code()),
-                    true,
-                    "the step that a fork adds",
-                );
+                let init = Init::None(self.none_code());
+                let note = "the step that a fork adds";
+                scratch.push(Scratch::new(ty, format!("enter_{var}"), init, note));
             }
             // Tables move their variables after all others have read them.
             let is_read_later = machine.needs_old && !self.tables.holds(index);
             if is_read_later || (machine.is_entered && machine.timer_cap.is_some()) {
-                let value = format!("self->{var}");
-                add(
-                    Self::state_type(machine),
-                    format!("old_{var}"),
-                    Init::Old(value),
-                    true,
-                    "as it was at the start",
-                );
+                let init = Init::Old(format!("self->{var}"));
+                let note = "as it was at the start";
+                scratch.push(Scratch::new(ty, format!("old_{var}"), init, note));
             }
         }
         self.scratch = scratch;
@@ -459,15 +435,14 @@ impl<'a> Emit<'a> {
             .chain(self.framed.iter().flat_map(|it| it.shared.iter().cloned()))
             .collect();
         let name = format!("{}_scan_t", self.names.prefix);
-        Kind::Braces("typedef struct".to_string(), body, format!(" {name};"))
-            .into_note("data of one reaction")
+        Node::typedef("struct", body, name).note("data of one reaction")
     }
 
     /// Sets the data of one reaction, or of one micro-step.
     fn scratch_values(&self, each_step: bool) -> Vec<Node> {
         self.scratch
             .iter()
-            .filter(|it| it.each_step == each_step)
+            .filter(|it| it.init.is_of_each_step() == each_step)
             .map(|it| {
                 let init = it.init.text();
                 if self.locals {
@@ -573,8 +548,7 @@ impl<'a> Emit<'a> {
     fn renewed_edges(&mut self) -> Vec<Node> {
         let mut nodes = Vec::new();
         for edge in self.edges.clone() {
-            let now =
-                c_expr(&self.net.edges[edge].expr, &mut Reader { emit: self, place: Place::Free });
+            let now = self.value(&self.net.edges[edge].expr, Place::Free);
             nodes.push(Node::line(format!("self->{} = {};", self.names.edges[edge], now.text)));
         }
         nodes
@@ -707,15 +681,6 @@ impl<'a> Emit<'a> {
             nodes.extend(framed.statements.init(false));
         }
         nodes
-    }
-}
-
-impl Kind {
-    /// Converts to a node with a comment.
-    pub(super) fn into_note(self, note: &str) -> Node {
-        let mut node: Node = self.into();
-        node.note = comment_text(note);
-        node
     }
 }
 

@@ -1,10 +1,10 @@
 //! Transitions: one `switch` for each variable, whose cases test the transitions of one step and fire them.
 
-use super::read::{Place, Reader};
+use super::read::Place;
 use super::{Emit, zero};
 use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
-use crate::cexpr::{CExpr, Prec, c_expr};
+use crate::cexpr::{CExpr, Prec};
 use crate::style_output::{mentions, without_unused};
 use crate::switch::plan::{Latch, Machine, Plan, receptivity};
 use crate::times::Ticks;
@@ -143,22 +143,15 @@ impl Emit<'_> {
             }
             let name = format!("{}_move_{}", self.names.prefix, functions.len() + 1);
             let call = self.private_function(&name, body, functions);
-            cases.push(
-                Kind::Case(vec![format!("case {range}:")], vec![call, Node::line("break;")]).into(),
-            );
+            cases.push(Node::case(range, vec![call]));
         }
-        cases.push(self.default_case(machine));
+        cases.push(self.default_case());
         Node::block(format!("switch (self->{} >> {shift})", self.vars[index]), cases)
     }
 
-    pub(super) fn default_case(&self, machine: &Machine) -> Node {
-        let mut heads = Vec::new();
-        let mut body = Vec::new();
-        let _ = machine;
-        heads.push("default:".to_string());
-        body.push(Node::line(format!("{}_BAD_STATE(self);", self.names.upper)));
-        body.push(Node::line("break;"));
-        Kind::Case(heads, body).into()
+    pub(super) fn default_case(&self) -> Node {
+        let bad = Node::line(format!("{}_BAD_STATE(self);", self.names.upper));
+        Kind::Case(vec!["default:".to_string()], vec![bad, Node::line("break;")]).into()
     }
 
     /// The `switch` of one variable (or of a range of its values).
@@ -204,7 +197,7 @@ impl Emit<'_> {
         if !idle.is_empty() {
             cases.push(Kind::Case(idle, vec![Node::line("break;")]).into());
         }
-        cases.push(self.default_case(machine));
+        cases.push(self.default_case());
         vec![Node::block(format!("switch ({})", self.var(index)), cases)]
     }
 
@@ -355,7 +348,7 @@ impl Emit<'_> {
         let mut all = self.other_sources(id, owner);
         let net = self.net;
         let guard = receptivity(net, id);
-        all.push(c_expr(&guard, &mut Reader { emit: self, place: Place::Guard { step, asked } }));
+        all.push(self.value(&guard, Place::Guard { step, asked }));
         let policy_competes = net.settings.policy != Policy::All;
         if policy_competes {
             let mut seen: BTreeSet<_> = [id].into_iter().gather();
@@ -384,8 +377,7 @@ impl Emit<'_> {
                                 .unwrap_or(0);
                             // The plan rejects a rival whose condition depends on its own rivals.
                             let place = Place::Guard { step: other, asked };
-                            let fires =
-                                c_expr(&receptivity(net, rival), &mut Reader { emit: self, place });
+                            let fires = self.value(&receptivity(net, rival), place);
                             all.push(fires.not());
                         }
                         None => {}

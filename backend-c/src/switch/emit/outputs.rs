@@ -1,189 +1,96 @@
 //! Outputs: tests of the variables if there are few steps, or a separate `switch` if there are many.
 
 use super::Emit;
-use super::read::{Place, Reader};
+use super::read::Place;
 use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
-use crate::cexpr::{CExpr, Prec, c_expr};
+use crate::cexpr::{CExpr, Class, Prec};
 use crate::safe;
 use crate::switch::plan::Plan;
 use grafsynth_ir::Gather;
-use grafsynth_ir::net::{Driver, ExternCall, OutputId, StepId};
+use grafsynth_ir::net::{Driver, Emission, ExternCall, OutputId, StepId};
 use std::collections::{BTreeMap, BTreeSet};
+
+/// An output, and the statements that set it.
+struct Lamp {
+    output: OutputId,
+    /// The statement that sets its bit, if it is a bit: all bits are clear before.
+    bit: Option<Node>,
+    /// The member that is assigned otherwise.
+    member: String,
+}
+
+impl Lamp {
+    /// Sets the output to a value; a clear bit needs no statement.
+    fn set(self, value: &CExpr) -> Option<Node> {
+        match self.bit {
+            Some(_) if value.is_false() => None,
+            Some(bit) => Some(under(value, bit)),
+            None => Some(
+                Node::line(format!("{} = {};", self.member, value.text))
+                    .about(Object::Output(self.output)),
+            ),
+        }
+    }
+
+    /// The statement that switches the output on.
+    fn on(&self) -> Node {
+        let assign = || Node::line(format!("{} = true;", self.member));
+        self.bit.clone().unwrap_or_else(|| assign().about(Object::Output(self.output)))
+    }
+}
+
+/// A statement under a condition that is not constantly false.
+fn under(condition: &CExpr, statement: Node) -> Node {
+    if condition.is_true() { statement } else { Node::when(&condition.text, vec![statement]) }
+}
+
+/// The statements of all outputs.
+struct Lists {
+    nodes: Vec<Node>,
+    /// Statements in the cases of a separate `switch`.
+    by_step: BTreeMap<StepId, Vec<Node>>,
+}
 
 impl Emit<'_> {
     /// The assignments of the outputs: those before the micro-step (`mealy`), or all others.
     pub(super) fn outputs(&mut self, mealy: bool) -> Vec<Node> {
         let net = self.net;
-        let io = &self.names.io;
-        let mut nodes = if mealy { Vec::new() } else { self.masks() };
-        let mut by_step: BTreeMap<StepId, Vec<Node>> = BTreeMap::new();
+        let nodes = if mealy { Vec::new() } else { self.masks() };
+        let mut lists = Lists { nodes, by_step: BTreeMap::new() };
         let emergency = self.emergency();
-        for (id, output) in net.outputs.iter() {
-            let name = format!("out->{}", self.names.outputs[id]);
-            let bit = io.output_bit(id).map(|bit| {
-                let (word, bit) = (bit / io.output_bits(), bit % io.output_bits());
-                io.light(word, &io.output_mask(1 << bit)).about(Object::Output(id))
-            });
-            match &output.driver {
-                Driver::Continuous(emissions) | Driver::Mealy(emissions) => {
-                    if matches!(output.driver, Driver::Mealy(_)) != mealy {
-                        continue;
-                    }
-                    let mut terms: Vec<CExpr> =
-                        self.tables.output_bit(self.names, id, mealy).into_iter().collect();
-                    for emission in emissions {
-                        if self.tables.emits(emission.step) && !mealy {
-                            continue;
-                        }
-                        // The masks of the steps come first.
-                        if bit.is_some() && !mealy && emission.condition.is_none() {
-                            continue;
-                        }
-                        let expressions = emission.condition.iter();
-                        let active = self.now_active(emission.step);
-                        let place = Place::Output { step: emission.step };
-                        let condition = emission.condition.as_ref().map_or_else(
-                            || CExpr::bool(true),
-                            |it| c_expr(it, &mut Reader { emit: self, place }),
-                        );
-                        if condition.is_false() {
-                            continue;
-                        }
-                        let (machine, _) = self.plan.place[emission.step];
-                        if self.by_case(machine) {
-                            let set = bit.clone().unwrap_or_else(|| {
-                                Node::line(format!("{name} = true;")).about(Object::Output(id))
-                            });
-                            let demands = self.demand_all(expressions, &[]);
-                            let list = by_step.entry(emission.step).or_default();
-                            list.extend(demands);
-                            list.push(if condition.is_true() {
-                                set
-                            } else {
-                                Node::when(&condition.text, vec![set])
-                            });
-                        } else {
-                            let demands =
-                                self.demand_all(expressions, std::slice::from_ref(&active));
-                            nodes.extend(demands);
-                            terms.push(CExpr::and([active, condition]));
-                        }
-                    }
-                    let value = CExpr::or(terms);
-                    if let Some(light) = bit {
-                        if value.is_true() {
-                            nodes.push(light);
-                        } else if !value.is_false() {
-                            nodes.push(Node::when(&value.text, vec![light]));
-                        }
-                        continue;
-                    }
-                    nodes.push(
-                        Node::line(format!("{name} = {};", value.text)).about(Object::Output(id)),
-                    );
+        let is_mealy = |id: OutputId| matches!(net.outputs[id].driver, Driver::Mealy(_));
+        for (id, output) in net.outputs.iter().filter(|(id, _)| is_mealy(*id) == mealy) {
+            let lamp = self.lamp(id);
+            let value = match &output.driver {
+                Driver::Mealy(emissions) | Driver::Continuous(emissions) => {
+                    self.emitted(mealy, emissions, &lamp, &mut lists)
                 }
-                Driver::Stored(var) if !mealy => {
-                    if let Some(light) = bit {
-                        let head = format!("self->{}", self.names.vars[*var]);
-                        nodes.push(Node::when(&head, vec![light]));
-                        continue;
-                    }
-                    nodes.push(
-                        Node::line(format!("{name} = self->{};", self.names.vars[*var]))
-                            .about(Object::Output(id)),
-                    );
+                // The variable has the type of the output, so nothing is converted.
+                Driver::Stored(var) => {
+                    let (text, (lo, hi)) =
+                        (format!("self->{}", self.names.vars[*var]), output.ty.bounds());
+                    CExpr::exact(text, Prec::Atom, Class::of(lo, hi), (lo, hi))
                 }
-                Driver::Extern { calls, .. } if !mealy && !calls.is_empty() => {
-                    let mut arms = Vec::new();
-                    // If one variable requests all calls, at most one step does so at a time.
-                    let machines: BTreeSet<usize> =
-                        calls.iter().map(|it| self.plan.place[it.step].0).gather();
-                    let mut calls: Vec<&ExternCall> = calls.iter().collect();
-                    // The first active step in declaration order gives the arguments.
-                    calls.sort_by_key(|call| call.step);
-                    let by_case = machines.len() == 1
-                        && machines.iter().all(|it| self.by_case(*it))
-                        && calls.windows(2).all(|pair| pair[0].step != pair[1].step);
-                    for call in calls {
-                        let place = Place::Output { step: call.step };
-                        let active = self.now_active(call.step);
-                        let expressions = call.condition.iter().chain(&call.arguments);
-                        if by_case {
-                            let demands = self.demand_all(expressions, &[]);
-                            let list = by_step.entry(call.step).or_default();
-                            list.extend(demands);
-                        } else {
-                            let demands =
-                                self.demand_all(expressions, std::slice::from_ref(&active));
-                            nodes.extend(demands);
-                        }
-                        let condition = call.condition.as_ref().map_or_else(
-                            || CExpr::bool(true),
-                            |it| c_expr(it, &mut Reader { emit: self, place }),
-                        );
-                        let values = call
-                            .arguments
-                            .iter()
-                            .map(|it| c_expr(it, &mut Reader { emit: self, place }))
-                            .collect();
-                        let statement = self.call(id, values);
-                        let condition = match &emergency {
-                            Some(holds) => CExpr::and([holds.clone().not(), condition]),
-                            None => condition,
-                        };
-                        if by_case {
-                            let list = by_step.entry(call.step).or_default();
-                            if condition.is_true() {
-                                list.push(statement);
-                            } else if !condition.is_false() {
-                                list.push(Node::when(&condition.text, vec![statement]));
-                            }
-                            continue;
-                        }
-                        let head = CExpr::and([active, condition]);
-                        arms.push((head, statement, call.step));
-                    }
-                    nodes.extend(self.call_chain(id, arms));
-                }
-                Driver::Controlled(_) if !mealy => {
+                Driver::Controlled(_) => {
                     let value = self.framed.as_ref().and_then(|it| it.outputs.get(&id));
-                    let value = value.cloned().unwrap_or_else(|| CExpr::bool(false));
-                    match bit {
-                        Some(_) if value.is_false() => {}
-                        Some(light) if value.is_true() => nodes.push(light),
-                        Some(light) => nodes.push(Node::when(&value.text, vec![light])),
-                        None => nodes.push(
-                            Node::line(format!("{name} = {};", value.text))
-                                .about(Object::Output(id)),
-                        ),
-                    }
+                    value.cloned().unwrap_or_else(|| CExpr::bool(false))
                 }
-                Driver::Fires(transitions) if !mealy => {
-                    // A transition without an owner requires two steps that exclude each other.
-                    let flags = transitions
-                        .iter()
-                        .filter(|id| self.needs_flag(**id))
-                        .map(|id| CExpr::condition(self.scan(&self.fire_flag(*id)), Prec::Atom));
-                    let value = CExpr::or(flags);
-                    match bit {
-                        Some(_) if value.is_false() => {}
-                        Some(light) => nodes.push(Node::when(&value.text, vec![light])),
-                        None => nodes.push(
-                            Node::line(format!("{name} = {};", value.text))
-                                .about(Object::Output(id)),
-                        ),
-                    }
+                // A transition without an owner requires two steps that exclude each other.
+                Driver::Fires(transitions) => CExpr::or(
+                    (transitions.iter().filter(|id| self.needs_flag(**id)))
+                        .map(|id| CExpr::condition(self.scan(&self.fire_flag(*id)), Prec::Atom)),
+                ),
+                Driver::Extern { calls, .. } => {
+                    self.called(id, calls, emergency.as_ref(), &mut lists);
+                    continue;
                 }
-                Driver::Fires(_)
-                | Driver::Stored(_)
-                | Driver::Extern { .. }
-                | Driver::Controlled(_) => {}
-            }
+            };
+            lists.nodes.extend(lamp.set(&value));
         }
+        let Lists { mut nodes, by_step } = lists;
         nodes.extend(self.output_cases(by_step));
         if let Some(holds) = &emergency {
-            let is_mealy = |id| matches!(net.outputs[id].driver, Driver::Mealy(_));
             nodes.extend(safe::force(net, self.names, holds, |id| is_mealy(id) == mealy));
         }
         if !mealy {
@@ -195,11 +102,94 @@ impl Emit<'_> {
         nodes
     }
 
+    fn lamp(&self, output: OutputId) -> Lamp {
+        let io = &self.names.io;
+        let bit = io.output_bit(output).map(|bit| {
+            let (word, bit) = (bit / io.output_bits(), bit % io.output_bits());
+            io.light(word, &io.output_mask(1 << bit)).about(Object::Output(output))
+        });
+        Lamp { output, bit, member: format!("out->{}", self.names.outputs[output]) }
+    }
+
+    /// The value of an output that steps drive while they are active. Steps of variables with a separate `switch` switch it on there.
+    fn emitted(
+        &mut self,
+        mealy: bool,
+        emissions: &[Emission],
+        lamp: &Lamp,
+        lists: &mut Lists,
+    ) -> CExpr {
+        let tables = self.tables.output_bit(self.names, lamp.output, mealy);
+        let mut terms: Vec<CExpr> = tables.into_iter().collect();
+        for Emission { step, condition, .. } in emissions {
+            // The tables, or the masks of the steps, come first.
+            let masked = lamp.bit.is_some() && condition.is_none();
+            if !mealy && (masked || self.tables.emits(*step)) {
+                continue;
+            }
+            let value = self.given(condition.as_ref(), Place::Output { step: *step });
+            if value.is_false() {
+                continue;
+            }
+            if self.by_case(self.plan.place[*step].0) {
+                let list = lists.by_step.entry(*step).or_default();
+                list.extend(self.demand_all(condition.iter(), &[]));
+                list.push(under(&value, lamp.on()));
+            } else {
+                let active = self.now_active(*step);
+                let when = std::slice::from_ref(&active);
+                lists.nodes.extend(self.demand_all(condition.iter(), when));
+                terms.push(CExpr::and([active, value]));
+            }
+        }
+        CExpr::or(terms)
+    }
+
+    /// The calls of an extern action while steps that request it are active.
+    fn called(
+        &mut self,
+        output: OutputId,
+        calls: &[ExternCall],
+        emergency: Option<&CExpr>,
+        lists: &mut Lists,
+    ) {
+        let mut arms = Vec::new();
+        // If one variable requests all calls, at most one step does so at a time.
+        let machines: BTreeSet<usize> = calls.iter().map(|it| self.plan.place[it.step].0).gather();
+        let mut calls: Vec<&ExternCall> = calls.iter().collect();
+        // The first active step in declaration order gives the arguments.
+        calls.sort_by_key(|call| call.step);
+        let by_case = machines.len() == 1
+            && machines.iter().all(|it| self.by_case(*it))
+            && calls.windows(2).all(|pair| pair[0].step != pair[1].step);
+        for call in calls {
+            let place = Place::Output { step: call.step };
+            let active = self.now_active(call.step);
+            let when = if by_case { &[][..] } else { std::slice::from_ref(&active) };
+            let demands = self.demand_all(call.condition.iter().chain(&call.arguments), when);
+            let condition = self.given(call.condition.as_ref(), place);
+            let values = call.arguments.iter().map(|it| self.value(it, place)).collect();
+            let statement = self.call(output, values);
+            let condition = match emergency {
+                Some(holds) => CExpr::and([holds.clone().not(), condition]),
+                None => condition,
+            };
+            if by_case {
+                let list = lists.by_step.entry(call.step).or_default();
+                list.extend(demands);
+                list.extend((!condition.is_false()).then(|| under(&condition, statement)));
+            } else {
+                lists.nodes.extend(demands);
+                arms.push((CExpr::and([active, condition]), statement, call.step));
+            }
+        }
+        lists.nodes.extend(self.call_chain(output, arms));
+    }
+
     /// The condition of the emergency, read where outputs are computed.
     fn emergency(&mut self) -> Option<CExpr> {
         let emergency = self.net.emergency.as_ref()?;
-        let mut reader = Reader { emit: self, place: Place::Free };
-        Some(c_expr(&emergency.condition, &mut reader))
+        Some(self.value(&emergency.condition, Place::Free))
     }
 
     /// A continuous call: once, with the arguments of the first step that requests it.
@@ -253,16 +243,11 @@ impl Emit<'_> {
                     Some(_) | None => shared.push((vec![step], list)),
                 }
             }
-            let mut cases: Vec<Node> = Vec::new();
-            for (steps, mut list) in shared {
-                list.push(Node::line("break;"));
-                let heads =
-                    steps.iter().map(|step| format!("case {}:", self.step_code(*step))).collect();
-                let case: Node = Kind::Case(heads, list).into();
-                cases.push(case.about_all(steps.iter().map(|step| Object::Step(*step))));
-            }
-            cases.push(Kind::Case(vec!["default:".to_string()], vec![Node::line("break;")]).into());
-            nodes.push(Node::block(format!("switch ({})", self.var(machine)), cases));
+            let cases = shared.into_iter().map(|(steps, list)| {
+                Node::cases(steps.iter().map(|step| self.step_code(*step)), list)
+                    .about_all(steps.iter().map(|step| Object::Step(*step)))
+            });
+            nodes.push(Node::switch(self.var(machine), cases.collect()));
         }
         nodes
     }

@@ -9,7 +9,7 @@ use crate::cexpr::{CExpr, Prec, Scope, c_expr, saturated};
 use crate::io::Structure;
 use crate::switch::plan::{Latch, receptivity};
 use crate::times::timer_place;
-use grafsynth_ir::net::{Block, EdgeId, InputKind, Leaf, OutputId, StepId, StmtKind};
+use grafsynth_ir::net::{Block, EdgeId, Expr, InputKind, Leaf, OutputId, StepId, StmtKind};
 use grafsynth_ir::walk::expressions;
 
 /// The context of an expression.
@@ -39,13 +39,13 @@ impl Emit<'_> {
             match &stmt.kind {
                 StmtKind::Assign { var, index, value } => {
                     let ty = net.vars[*var].ty;
-                    let value = c_expr(value, &mut Reader { emit: self, place });
+                    let value = self.value(value, place);
                     let value = saturated(value, ty, &self.names.prefix, &mut self.helpers);
                     let name = &self.names.vars[*var];
                     let target = match index {
                         None => format!("self->{name}"),
                         Some(index) => {
-                            let index = c_expr(index, &mut Reader { emit: self, place });
+                            let index = self.value(index, place);
                             format!("self->{}[{}]", self.names.vars[*var], index.text)
                         }
                     };
@@ -55,14 +55,12 @@ impl Emit<'_> {
                     );
                 }
                 StmtKind::Call { output, arguments } => {
-                    let values = arguments
-                        .iter()
-                        .map(|argument| c_expr(argument, &mut Reader { emit: self, place }))
-                        .collect();
+                    let values =
+                        arguments.iter().map(|argument| self.value(argument, place)).collect();
                     nodes.push(self.call(*output, values));
                 }
                 StmtKind::If { condition, then, otherwise } => {
-                    let condition = c_expr(condition, &mut Reader { emit: self, place });
+                    let condition = self.value(condition, place);
                     let then = self.statements(then, place);
                     let otherwise = self.statements(otherwise, place);
                     nodes.extend(calls::either(condition, then, otherwise));
@@ -75,6 +73,16 @@ impl Emit<'_> {
         nodes
     }
 
+    /// The text of an expression.
+    pub(super) fn value(&mut self, expr: &Expr, place: Place) -> CExpr {
+        c_expr(expr, &mut Reader { emit: self, place })
+    }
+
+    /// The text of a condition; true if there is none.
+    pub(super) fn given(&mut self, condition: Option<&Expr>, place: Place) -> CExpr {
+        condition.map_or_else(|| CExpr::bool(true), |it| self.value(it, place))
+    }
+
     pub(super) fn call(&mut self, output: OutputId, arguments: Vec<CExpr>) -> Node {
         let callee = Callee { net: self.net, names: self.names, output };
         callee.call(arguments, &mut self.helpers)
@@ -82,7 +90,7 @@ impl Emit<'_> {
 }
 
 /// Reads leaves in a context.
-pub(super) struct Reader<'e, 'a> {
+struct Reader<'e, 'a> {
     pub(super) emit: &'e mut Emit<'a>,
     pub(super) place: Place,
 }

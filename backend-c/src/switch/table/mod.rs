@@ -35,11 +35,8 @@ const MIN_ROWS: usize = 32;
 /// A conjunction of inputs: each with its required value.
 type Term = BTreeMap<InputId, bool>;
 
-/// The conditions for which one step of a plain variable waits.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Waiting {
-    rows: Vec<(Term, StepId, TransitionId)>,
-}
+/// A conjunction for which a step of a plain variable waits, the step that follows, and the transition.
+type Row = (Term, StepId, TransitionId);
 
 /// Variables that the same loop moves.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -59,7 +56,7 @@ pub(super) struct Tables {
     banks: Vec<Bank>,
     /// Bank and position of each variable.
     of: Vec<Option<(usize, usize)>>,
-    waiting: BTreeMap<StepId, Waiting>,
+    waiting: BTreeMap<StepId, Vec<Row>>,
     drives: BTreeMap<StepId, Vec<OutputId>>,
 }
 
@@ -91,7 +88,7 @@ impl Tables {
             let Some(waiting) = plain(net, plan, index) else { continue };
             let inputs: BTreeSet<InputId> = waiting
                 .iter()
-                .flat_map(|(_, it)| &it.rows)
+                .flat_map(|(_, rows)| rows)
                 .flat_map(|(term, ..)| term.keys().copied())
                 .gather();
             let outputs: BTreeSet<OutputId> = machine
@@ -172,6 +169,11 @@ impl Tables {
         }
     }
 
+    /// The rows of a step.
+    fn rows(&self, step: StepId) -> &[Row] {
+        self.waiting.get(&step).map_or(&[], Vec::as_slice)
+    }
+
     fn drop_small(&mut self, plan: &Plan) {
         let waiting = &self.waiting;
         let mut dropped = Vec::new();
@@ -180,7 +182,7 @@ impl Tables {
                 .machines
                 .iter()
                 .flat_map(|machine| &plan.machines[*machine].steps)
-                .map(|step| waiting.get(step).map_or(0, |it| it.rows.len()))
+                .map(|step| waiting.get(step).map_or(0, Vec::len))
                 .sum();
             if rows < MIN_ROWS {
                 dropped.extend(bank.machines.iter().copied());
@@ -305,7 +307,7 @@ impl Bank {
 
     /// True if every step waits for at most one term.
     fn single(&self, tables: &Tables, plan: &Plan) -> bool {
-        self.steps(plan).all(|step| tables.waiting.get(&step).is_none_or(|it| it.rows.len() <= 1))
+        self.steps(plan).all(|step| tables.rows(step).len() <= 1)
     }
 
     fn steps<'p>(&'p self, plan: &'p Plan) -> impl Iterator<Item = StepId> + 'p {
@@ -362,7 +364,7 @@ fn busy_machines(net: &Net, plan: &Plan) -> BTreeSet<usize> {
 }
 
 /// The conditions for which each step of a variable waits, if the variable is plain.
-fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>> {
+fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Vec<Row>)>> {
     let mut all = Vec::new();
     for step in &plan.machines[index].steps {
         let mut rows = Vec::new();
@@ -372,7 +374,7 @@ fn plain(net: &Net, plan: &Plan, index: usize) -> Option<Vec<(StepId, Waiting)>>
                 rows.push((term, target, *id));
             }
         }
-        all.push((*step, Waiting { rows }));
+        all.push((*step, rows));
     }
     Some(all)
 }

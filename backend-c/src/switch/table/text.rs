@@ -5,17 +5,15 @@ use crate::Object;
 use crate::c::print::{Arm, Kind, Node};
 use crate::io::Structure;
 use crate::switch::emit::Emit;
+use crate::switch::plan::Plan;
 use crate::times::count_type;
 use grafsynth_ir::net::{StepId, TransitionId};
+use itertools::Itertools as _;
 
 impl Tables {
     /// The definitions of the row types and the tables.
     pub(crate) fn definitions(&self, emit: &Emit<'_>) -> Vec<Node> {
-        let mut nodes = Vec::new();
-        for bank in &self.banks {
-            bank.definitions(self, emit, &mut nodes);
-        }
-        nodes
+        self.banks.iter().flat_map(|bank| bank.definitions(self, emit)).collect()
     }
 
     /// Packs the inputs.
@@ -115,189 +113,127 @@ impl Tables {
 }
 
 impl Bank {
-    fn definitions(&self, tables: &Tables, emit: &Emit<'_>, nodes: &mut Vec<Node>) {
+    /// The row types and the tables of the bank.
+    fn definitions(&self, tables: &Tables, emit: &Emit<'_>) -> Vec<Node> {
         let (prefix, upper, suffix) = (&emit.names.prefix, &emit.names.upper, &self.suffix);
         let plan = emit.plan;
         let single = self.single(tables, plan);
-        let has_inputs = !self.inputs.is_empty();
-        let word = word_type(self.inputs.len());
-        let next = self.state_type(plan);
-        let lamps = (!self.outputs.is_empty()).then(|| word_type(self.outputs.len()));
-        let mut row = Vec::new();
-        if has_inputs || single {
-            row.push(Node::line(format!("{word} care;")).note("the inputs that it tests"));
-            row.push(Node::line(format!("{word} want;")).note("the values they must have"));
-        }
-        let row_count = self
-            .steps(plan)
-            .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
-            .sum::<usize>();
-        let first = count_type(len(row_count));
-        if single {
-            row.extend(
-                lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("the outputs of the step")),
-            );
-        }
-        row.push(Node::line(format!("{next} next;")).note("the step that follows"));
-        let traces = emit.options.trace.is_some();
-        if traces {
-            row.push(Node::line("uint16_t fired;").note("the transition, for the trace"));
-        }
-        let fired = |id: Option<TransitionId>| match id {
-            _ if !traces => String::new(),
-            Some(id) => format!(", {}", id.index()),
-            None => ", 0".to_string(),
-        };
-        nodes.push(
-            Kind::Braces("typedef struct".to_string(), row, format!(" {prefix}_row{suffix}_t;"))
-                .into_note(if single {
-                    "a step that waits for inputs"
-                } else {
-                    "a transition that waits for inputs"
-                }),
-        );
-        if !single {
-            let mut body = vec![
-                Node::line(format!("{first} first;"))
-                    .note("its first row; its rows end before the first row of the next step"),
-            ];
-            body.extend(lamps.map(|ty| Node::line(format!("{ty} lamps;")).note("its outputs")));
-            nodes.push(
-                Kind::Braces(
-                    "typedef struct".to_string(),
-                    body,
-                    format!(" {prefix}_stand{suffix}_t;"),
-                )
-                .into_note("a step"),
-            );
-        }
+        let mut nodes = self.types(tables, emit);
         let mut rows = Vec::new();
         let mut stands = Vec::new();
-        let mut done = 0usize;
-        for machine in &self.machines {
-            let machine = &plan.machines[*machine];
-            let mut values: Vec<Option<StepId>> = Vec::new();
-            if machine.has_none {
-                values.push(None);
-            }
-            values.extend(machine.steps.iter().copied().map(Some));
-            for step in values {
-                let mine: &[(Term, StepId, TransitionId)] =
-                    step.and_then(|step| tables.waiting.get(&step)).map_or(&[], |it| &it.rows);
-                let drives =
-                    step.and_then(|step| tables.drives.get(&step)).map_or(&[][..], Vec::as_slice);
-                let lit = drives
-                    .iter()
-                    .filter_map(|it| self.outputs.iter().position(|o| o == it))
-                    .fold(0u64, |m, b| m | 1 << b);
-                let lamp_mask = lamps.map(|_| mask(lit, self.outputs.len()));
-                let own_code = step.map_or_else(|| "0".to_string(), |step| emit.step_code(step));
+        for machine in self.machines.iter().map(|it| &plan.machines[*it]) {
+            let none = machine.has_none.then_some(None);
+            for step in none.into_iter().chain(machine.steps.iter().copied().map(Some)) {
+                let mine = step.map_or(&[][..], |step| tables.rows(step));
+                let lamps = self.lamps(tables, step);
                 if single {
-                    let (care, want, target) = match mine.first() {
-                        Some((term, target, _)) => {
+                    let (care, want, next) = match mine.first() {
+                        Some((term, next, _)) => {
                             let (care, want) = self.term(term);
-                            (care, want, emit.step_code(*target))
+                            (care, want, emit.step_code(*next))
                         }
                         // An empty mask never equals a non-zero value: such a row never moves.
-                        None => (
-                            mask(0, self.inputs.len()),
-                            mask(1, self.inputs.len()),
-                            own_code.clone(),
-                        ),
+                        None => {
+                            let n_inputs = self.inputs.len();
+                            let own = step.map_or("0".to_string(), |step| emit.step_code(step));
+                            (mask(0, n_inputs), mask(1, n_inputs), own)
+                        }
                     };
-                    let lamp = lamp_mask.map(|it| format!("{it}, ")).unwrap_or_default();
-                    let fired = fired(mine.first().map(|(_, _, id)| *id));
-                    let mut node =
-                        Node::line(format!("{{ {care}, {want}, {lamp}{target}{fired} }},"));
-                    node.note = step.map_or_else(
-                        || "none".to_string(),
-                        |step| emit.net.steps[step].name.text.clone(),
-                    );
-                    node.objects = step.map(Object::Step).into_iter().collect();
-                    node.objects.extend(mine.iter().map(|(_, _, id)| Object::Transition(*id)));
-                    rows.push(node);
-                } else {
-                    let lamp = lamp_mask.map(|it| format!(", {it}")).unwrap_or_default();
-                    let mut node = Node::line(format!("{{ {done}{lamp} }},"));
-                    node.note = step.map_or_else(
-                        || "none".to_string(),
-                        |step| emit.net.steps[step].name.text.clone(),
-                    );
-                    node.objects = step.map(Object::Step).into_iter().collect();
-                    stands.push(node);
-                    for (term, target, id) in mine {
-                        let (care, want) = self.term(term);
-                        let words =
-                            if has_inputs { format!("{care}, {want}, ") } else { String::new() };
-                        rows.push(
-                            Node::line(format!(
-                                "{{ {words}{}{} }},",
-                                emit.step_code(*target),
-                                fired(Some(*id))
-                            ))
+                    let fired = fired(emit, mine.first().map(|(_, _, id)| *id));
+                    let words = [care, want].into_iter().chain(lamps).chain([next]).chain(fired);
+                    let transitions = mine.iter().map(|(_, _, id)| Object::Transition(*id));
+                    rows.push(entry(emit, step, words).about_all(transitions));
+                    continue;
+                }
+                let first = rows.len().to_string();
+                stands.push(entry(emit, step, [first].into_iter().chain(lamps)));
+                for (term, next, id) in mine {
+                    let (care, want) = self.term(term);
+                    let words = [care, want].into_iter().filter(|_| !self.inputs.is_empty());
+                    let next = [emit.step_code(*next)].into_iter().chain(fired(emit, Some(*id)));
+                    rows.push(
+                        Node::line(element(words.chain(next)))
                             .note(emit.net.transitions[*id].name.text.clone())
                             .about(Object::Transition(*id)),
-                        );
-                    }
-                    done += mine.len();
+                    );
                 }
             }
         }
-        if !single {
-            let lamp = if lamps.is_some() { ", 0" } else { "" };
-            stands.push(Node::line(format!("{{ {done}{lamp} }}")));
-        }
-        if let Some(last) = rows.last_mut()
-            && let Kind::Line(text) = &mut last.kind
-        {
-            text.truncate(text.trim_end_matches(',').len());
-        }
         nodes.push(Node::blank());
-        let count = rows.len();
-        nodes.push(
-            Kind::Braces(
-                format!(
-                    "static {upper}_ROM {prefix}_row{suffix}_t {prefix}_rows{suffix}[{count}] ="
-                ),
-                rows,
-                ";".to_string(),
-            )
-            .into(),
-        );
+        let table = |ty: &str, name: &str, rows: Vec<Node>| {
+            Node::table(upper, ty, &format!("{prefix}_{name}{suffix}"), rows)
+        };
+        let n_rows = rows.len();
+        nodes.push(table(&format!("{prefix}_row{suffix}_t"), "rows", rows));
         if !single {
-            let count = stands.len();
-            nodes.push(
-                Kind::Braces(
-                    format!("static {upper}_ROM {prefix}_stand{suffix}_t {prefix}_stands{suffix}[{count}] ="),
-                    stands,
-                    ";".to_string(),
-                )
-                .into(),
-            );
+            // The last entry is the end of the last step.
+            let dark = (!self.outputs.is_empty()).then(|| "0".to_string());
+            stands.push(Node::line(element([n_rows.to_string()].into_iter().chain(dark))));
+            nodes.push(table(&format!("{prefix}_stand{suffix}_t"), "stands", stands));
         }
         if self.machines.len() > 1 {
-            let ty = count_type(len(self.values(plan)));
-            let mut at = 0usize;
-            let mut offsets = Vec::new();
-            for (position, machine) in self.machines.iter().enumerate() {
-                let comma = if position + 1 == self.machines.len() { "" } else { "," };
-                offsets.push(Node::line(format!("{at}{comma}")));
-                at += plan.machines[*machine].values();
-            }
+            let offsets = self.machines.iter().scan(0, |at, machine| {
+                let begin = Node::line(at.to_string());
+                *at += plan.machines[*machine].values();
+                Some(begin)
+            });
             nodes.push(Node::comment("The first step of each sequence."));
-            nodes.push(
-                Kind::Braces(
-                    format!(
-                        "static {upper}_ROM {ty} {prefix}_begin{suffix}[{}] =",
-                        self.machines.len()
-                    ),
-                    offsets,
-                    ";".to_string(),
-                )
-                .into(),
-            );
+            nodes.push(table(count_type(len(self.values(plan))), "begin", offsets.collect()));
         }
         nodes.push(Node::blank());
+        nodes
+    }
+
+    /// The types of the rows and, if steps have several rows, of the steps.
+    fn types(&self, tables: &Tables, emit: &Emit<'_>) -> Vec<Node> {
+        let (prefix, suffix) = (&emit.names.prefix, &self.suffix);
+        let single = self.single(tables, emit.plan);
+        let word = word_type(self.inputs.len());
+        let member =
+            |ty: &str, name: &str, note: &str| Node::line(format!("{ty} {name};")).note(note);
+        let lamps = |note: &str| {
+            let ty = word_type(self.outputs.len());
+            (!self.outputs.is_empty()).then(|| member(ty, "lamps", note))
+        };
+        let mut row = Vec::new();
+        if !self.inputs.is_empty() || single {
+            row.push(member(word, "care", "the inputs that it tests"));
+            row.push(member(word, "want", "the values they must have"));
+        }
+        row.extend(lamps("the outputs of the step").filter(|_| single));
+        row.push(member(self.state_type(emit.plan), "next", "the step that follows"));
+        if emit.options.trace.is_some() {
+            row.push(member("uint16_t", "fired", "the transition, for the trace"));
+        }
+        let what = if single { "step" } else { "transition" };
+        let mut nodes = vec![
+            Node::typedef("struct", row, format!("{prefix}_row{suffix}_t"))
+                .note(format!("a {what} that waits for inputs")),
+        ];
+        if !single {
+            let first = count_type(len(self.n_rows(tables, emit.plan)));
+            let note = "its first row; its rows end before the first row of the next step";
+            let stand = [member(first, "first", note)].into_iter().chain(lamps("its outputs"));
+            nodes.push(
+                Node::typedef("struct", stand.collect(), format!("{prefix}_stand{suffix}_t"))
+                    .note("a step"),
+            );
+        }
+        nodes
+    }
+
+    /// The number of rows of its steps.
+    fn n_rows(&self, tables: &Tables, plan: &Plan) -> usize {
+        self.steps(plan).map(|step| tables.rows(step).len()).sum()
+    }
+
+    /// The mask of the outputs that a step drives, if the bank has outputs.
+    fn lamps(&self, tables: &Tables, step: Option<StepId>) -> Option<String> {
+        let drives = step.and_then(|step| tables.drives.get(&step));
+        let lit = (drives.into_iter().flatten())
+            .filter_map(|it| self.outputs.iter().position(|output| output == it))
+            .fold(0u64, |lit, bit| lit | 1 << bit);
+        (!self.outputs.is_empty()).then(|| mask(lit, self.outputs.len()))
     }
 
     fn term(&self, term: &Term) -> (String, String) {
@@ -312,103 +248,88 @@ impl Bank {
         (mask(care, self.inputs.len()), mask(want, self.inputs.len()))
     }
 
+    /// The loop that moves the variables of the bank, or the block if there is only one.
     fn moves(&self, tables: &Tables, emit: &Emit<'_>) -> Vec<Node> {
         let (prefix, upper, suffix) = (&emit.names.prefix, &emit.names.upper, &self.suffix);
-        let plan = emit.plan;
         let several = self.machines.len() > 1;
-        let single = self.single(tables, plan);
         let state = format!("self->{}[{}]", self.member, if several { "i" } else { "0" });
         let begin = if several { format!("{prefix}_begin{suffix}[i] + ") } else { String::new() };
         let word = if self.inputs.is_empty() { "0".to_string() } else { format!("word{suffix}") };
-        let lamps = word_type(self.outputs.len());
-        let collect = |row: &str| {
+        let is_met = format!("({word} & row->care) == row->want");
+        let pointer = |name: &str, index: &str| {
+            let entry = format!("{prefix}_{name}{suffix}");
+            Node::line(format!("{upper}_ROM {entry}_t *{name} = &{entry}s[{index}];"))
+        };
+        // The statements of a move: `entry` points to what contains the outputs of the step.
+        let moved = |entry: &str| {
+            let trace = emit.options.trace.map(|_| format!("{prefix}_fired(self, row->fired);"));
+            let next = format!("{entry} = &{prefix}_{entry}s{suffix}[{begin}row->next];");
+            (trace.into_iter().chain([format!("{state} = row->next;")]))
+                .chain((!self.outputs.is_empty()).then_some(next))
+                .map(Node::line)
+                .collect::<Vec<Node>>()
+        };
+        let collect = |entry: &str| {
             let var = if self.lamps_are_outputs(emit.names) {
                 emit.names.io.lit(0)
             } else {
                 format!("lamps{suffix}")
             };
-            let text = format!("{var} = ({lamps})({var} | {row}->lamps);");
+            let ty = word_type(self.outputs.len());
+            let text = format!("{var} = ({ty})({var} | {entry}->lamps);");
             (!self.outputs.is_empty()).then(|| Node::line(text))
         };
+        let own = format!("{begin}{state}");
         let mut body = Vec::new();
-        if single {
-            body.push(Node::line(format!(
-                "{upper}_ROM {prefix}_row{suffix}_t *row = &{prefix}_rows{suffix}[{begin}{state}];"
-            )));
-            let mut moved = traced(emit);
-            moved.push(Node::line(format!("{state} = row->next;")));
-            if !self.outputs.is_empty() {
-                moved.push(Node::line(format!("row = &{prefix}_rows{suffix}[{begin}row->next];")));
-            }
-            body.push(Node::when(&format!("({word} & row->care) == row->want"), moved));
+        if self.single(tables, emit.plan) {
+            body.extend([pointer("row", &own), Node::when(&is_met, moved("row"))]);
             body.extend(collect("row"));
         } else {
-            let rows = self
-                .steps(plan)
-                .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
-                .sum::<usize>();
-            let counter = count_type(len(rows));
-            body.push(Node::line(format!(
-                "{upper}_ROM {prefix}_stand{suffix}_t *stand = &{prefix}_stands{suffix}[{begin}{state}];"
-            )));
-            let mut moved = traced(emit);
-            moved.push(Node::line(format!("{state} = row->next;")));
-            if !self.outputs.is_empty() {
-                moved.push(Node::line(format!(
-                    "stand = &{prefix}_stands{suffix}[{begin}row->next];"
-                )));
-            }
+            let counter = count_type(len(self.n_rows(tables, emit.plan)));
+            let mut moved = moved("stand");
             moved.push(Node::line("break;"));
-            let inner = vec![
-                Node::line(format!(
-                    "{upper}_ROM {prefix}_row{suffix}_t *row = &{prefix}_rows{suffix}[at];"
-                )),
-                if self.inputs.is_empty() {
-                    Node::line("{")
-                } else {
-                    Node::when(&format!("({word} & row->care) == row->want"), moved.clone())
-                },
-            ];
-            let inner = if self.inputs.is_empty() {
-                let mut plain = vec![inner[0].clone()];
-                plain.extend(moved);
-                plain
+            let mut inner = vec![pointer("row", "at")];
+            if self.inputs.is_empty() {
+                inner.extend(moved);
             } else {
-                inner
-            };
+                inner.push(Node::when(&is_met, moved));
+            }
+            body.push(pointer("stand", &own));
             body.push(Node::line(format!("const {counter} end = stand[1].first;")));
             // `stand` is the entry of a step, and `end` is the first row of the next one: as many rounds as that step has rows.
-            let most = self
-                .steps(plan)
-                .map(|step| tables.waiting.get(&step).map_or(0, |it| it.rows.len()))
-                .max();
+            let most = self.steps(emit.plan).map(|step| tables.rows(step).len()).max();
             let head = format!("for ({counter} at = stand->first; at != end; ++at)");
             let arm = Arm::new(head, inner).at_most(most.unwrap_or(0) as u64);
             body.push(Kind::Block(vec![arm]).into());
             body.extend(collect("stand"));
         }
-        let comment = Node::comment(if several {
-            "Sequences that only wait for inputs: one row for each step."
-        } else {
-            "A sequence that only waits for inputs: one row for each step."
-        });
         if several {
             let counter = count_type(len(self.machines.len()));
             let head = format!("for ({counter} i = 0; i < {}U; ++i)", self.machines.len());
-            vec![comment, Node::block(head, body)]
+            let title = "Sequences that only wait for inputs: one row for each step.";
+            vec![Node::comment(title), Node::block(head, body)]
         } else {
-            let mut nodes = vec![comment, Node::line("{")];
-            nodes.push(Kind::Nested(body).into());
-            nodes.push(Node::line("}"));
-            nodes
+            let title = "A sequence that only waits for inputs: one row for each step.";
+            let body: Node = Kind::Nested(body).into();
+            vec![Node::comment(title), Node::line("{"), body, Node::line("}")]
         }
     }
 }
 
-/// The statement that records the transition of a row in the trace, if there is a trace.
-fn traced(emit: &Emit<'_>) -> Vec<Node> {
-    let call = format!("{}_fired(self, row->fired);", emit.names.prefix);
-    emit.options.trace.map(|_| Node::line(call)).into_iter().collect()
+/// The text of an element of a table.
+fn element(words: impl IntoIterator<Item = String>) -> String {
+    format!("{{ {} }}", words.into_iter().join(", "))
+}
+
+/// The element of a step, or of the state in which none is active.
+fn entry(emit: &Emit<'_>, step: Option<StepId>, words: impl IntoIterator<Item = String>) -> Node {
+    let name = step.map_or("none", |step| &emit.net.steps[step].name.text);
+    Node::line(element(words)).note(name).about_all(step.map(Object::Step))
+}
+
+/// The transition of a row, if there is a trace.
+fn fired(emit: &Emit<'_>, transition: Option<TransitionId>) -> Option<String> {
+    emit.options.trace.map(|_| transition.map_or(0, TransitionId::index).to_string())
 }
 
 /// The type of a word with this many bits.

@@ -187,15 +187,11 @@ impl Builder<'_> {
                 codes::UNLISTED,
                 format!("`{shown}` is not in the list `{list}`"),
             );
-            match nearest(&name.text, listed.iter().map(String::as_str)) {
-                Some(near) => finding
-                    .at(name.span, "not listed")
-                    .help(format!("did you mean `{near}`?"))
-                    .fix(name.span, near),
-                None => finding
-                    .at(name.span, "not listed")
-                    .help(format!("add it to the line that begins with `{list}`")),
-            }
+            finding.at(name.span, "not listed").near(
+                name.span,
+                nearest(&name.text, listed.iter().map(String::as_str)),
+                format!("add it to the line that begins with `{list}`"),
+            )
         });
     }
 

@@ -258,10 +258,7 @@ impl<'a> Elaborator<'a> {
         let near = (self.found.len() < 200)
             .then(|| nearest(&name.id, candidates.iter().map(String::as_str)))
             .flatten();
-        self.report(match near {
-            Some(near) => finding.help(format!("did you mean `{near}`?")).fix(name.span, near),
-            None => finding.help(help),
-        })
+        self.report(finding.near(name.span, near, help))
     }
 
     pub(super) fn spend(&mut self, span: Span, amount: usize) -> Outcome<()> {

@@ -344,17 +344,12 @@ impl Elaborator<'_> {
             let earlier = taken.iter().find(|(from, to, _)| lo <= *to && *from <= hi).copied();
             if let Some((from, _, first)) = earlier {
                 let value = lo.max(from);
-                return Err(self.report(
-                    Diagnostic::error(
-                        codes::ST_DUPLICATE,
-                        format!("two labels of this CASE contain {value}"),
-                    )
-                    .at(span, "again here")
-                    .at(first, "first here")
-                    .help(
-                        "remove the value from one of them: a CASE chooses one list for each value",
-                    ),
-                ));
+                return Err(self.report(Diagnostic::twice(
+                    codes::ST_DUPLICATE,
+                    format!("two labels of this CASE contain {value}"),
+                    [span, first],
+                    "remove the value from one of them: a CASE chooses one list for each value",
+                )));
             }
             taken.push((lo, hi, span));
             let test = |op, value| {

@@ -11,27 +11,30 @@ use crate::net::{Driver, Input, InputKind, Net, Output, Param, Timer, Var, VarOr
 /// The maximum number of elements of an array.
 const MAX_LENGTH: u32 = 65_536;
 
+/// What a declaration declares, if that is part of the interface of the whole chart.
+fn outside(kind: &DeclarationKind) -> Option<&'static str> {
+    match kind {
+        DeclarationKind::Input { .. } => Some("an input"),
+        DeclarationKind::Output { .. } => Some("an output"),
+        DeclarationKind::ExternCondition { .. } => Some("an extern condition"),
+        DeclarationKind::ExternAction { .. } => Some("an extern action"),
+        DeclarationKind::Event { internal: false } => Some("an event"),
+        DeclarationKind::Event { internal: true }
+        | DeclarationKind::Var { .. }
+        | DeclarationKind::Timer { .. }
+        | DeclarationKind::Const { .. } => None,
+    }
+}
+
 impl<'a> Expansion<'_, 'a> {
     pub(in crate::lower) fn declaration(&mut self, scope: ScopeId, source: &'a chart::Declaration) {
         let is_top = self.lowering.scopes[scope].parent.is_none();
-        let (belongs_outside, what) = match source.kind {
-            DeclarationKind::Input { .. } => (true, "an input"),
-            DeclarationKind::Output { .. } => (true, "an output"),
-            DeclarationKind::ExternCondition { .. } => (true, "an extern condition"),
-            DeclarationKind::ExternAction { .. } => (true, "an extern action"),
-            DeclarationKind::Event { internal } => (!internal, "an event"),
-            DeclarationKind::Var { .. }
-            | DeclarationKind::Timer { .. }
-            | DeclarationKind::Const { .. } => (false, ""),
-        };
-        if belongs_outside && !is_top {
+        if let Some(what) = outside(&source.kind).filter(|_| !is_top) {
+            let message = format!("{what} belongs to the chart, not to a body in it");
             self.lowering.report(
-                Diagnostic::error(
-                    codes::DECLARED_INSIDE,
-                    format!("{what} belongs to the chart, not to a body in it"),
-                )
-                .at(source.name.span, "declared here")
-                .help("declare it at the top level of the chart; it is visible in all bodies"),
+                Diagnostic::error(codes::DECLARED_INSIDE, message)
+                    .at(source.name.span, "declared here")
+                    .help("declare it at the top level of the chart; it is visible in all bodies"),
             );
         }
         let name = self.lowering.full_name(scope, &source.name);
@@ -44,14 +47,8 @@ impl<'a> Expansion<'_, 'a> {
         };
         let net = &mut self.lowering.net;
         let input = |net: &mut Net, ty, kind, synchronous| {
-            let name = name.clone();
-            Symbol::Input(net.inputs.push(Input {
-                name,
-                ty,
-                kind,
-                synchronous,
-                meta: meta.clone(),
-            }))
+            let (name, meta) = (name.clone(), meta.clone());
+            Symbol::Input(net.inputs.push(Input { name, ty, kind, synchronous, meta }))
         };
         let symbol = match &source.kind {
             DeclarationKind::Input { ty, synchronous } => {
@@ -66,15 +63,9 @@ impl<'a> Expansion<'_, 'a> {
             }
             DeclarationKind::Output { ty, registered, .. } => {
                 let driver = Driver::Continuous(Vec::new());
-                let registered = *registered;
-                Symbol::Output(net.outputs.push(Output {
-                    name,
-                    ty: sane(*ty),
-                    driver,
-                    safe: None,
-                    registered,
-                    meta,
-                }))
+                let (ty, registered) = (sane(*ty), *registered);
+                let output = Output { name, ty, driver, safe: None, registered, meta };
+                Symbol::Output(net.outputs.push(output))
             }
             DeclarationKind::ExternAction { params } => {
                 let params = params
@@ -82,15 +73,9 @@ impl<'a> Expansion<'_, 'a> {
                     .map(|(name, ty)| Param { name: name.clone(), ty: sane(*ty) })
                     .collect();
                 let driver = Driver::Extern { params, calls: Vec::new() };
-                let ty = Type::Bool;
-                Symbol::Output(net.outputs.push(Output {
-                    name,
-                    ty,
-                    driver,
-                    safe: None,
-                    registered: false,
-                    meta,
-                }))
+                let (ty, registered) = (Type::Bool, false);
+                let output = Output { name, ty, driver, safe: None, registered, meta };
+                Symbol::Output(net.outputs.push(output))
             }
             DeclarationKind::Var { ty, len, .. } => {
                 let ty = sane(*ty);
@@ -101,13 +86,8 @@ impl<'a> Expansion<'_, 'a> {
                 Symbol::Var(net.vars.push(Var { name, ty, len, init, origin, meta }))
             }
             DeclarationKind::Timer { .. } => {
-                let condition = Expr::bool(false);
-                Symbol::Timer(net.timers.push(Timer {
-                    name,
-                    condition,
-                    starts_expired: false,
-                    meta,
-                }))
+                let (condition, starts_expired) = (Expr::bool(false), false);
+                Symbol::Timer(net.timers.push(Timer { name, condition, starts_expired, meta }))
             }
             DeclarationKind::Const { value } => match self.lowering.constant_value(scope, value) {
                 Ok(value) => Symbol::Const(value),

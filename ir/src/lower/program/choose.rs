@@ -304,7 +304,7 @@ impl Builder<'_> {
 
     /// The conditions of the transition as a list, including its own fireability, which an `otherwise` of the other one negates.
     fn conditions(&self, id: TransitionId) -> Vec<Expr> {
-        let mut all: Vec<Expr> = self.fireable[id].iter().cloned().collect();
+        let mut all: Vec<Expr> = self.now.fireable[id].iter().cloned().collect();
         let transition = &self.net.transitions[id];
         let guard = self.read_with(&transition.guard, &transition.requires);
         let operands =

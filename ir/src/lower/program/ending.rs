@@ -179,7 +179,8 @@ impl Builder<'_> {
         for (part, data) in self.net.parts.iter() {
             if let Some(ended) = self.ended[part] {
                 let name = format!("{}.had_ended", data.name);
-                self.had_ended[part] = Some(self.named(name, TempRole::Helper, cell(ended), out));
+                self.now.had_ended[part] =
+                    Some(self.named(name, TempRole::Helper, cell(ended), out));
             }
         }
     }
@@ -187,7 +188,7 @@ impl Builder<'_> {
     /// True if the emission of a step counts: its chart had not ended before this reaction.
     fn counts(&self, step: crate::net::StepId) -> Expr {
         let chart = self.ranks.chart_of(self.net.steps[step].part);
-        self.had_ended[chart].clone().map_or_else(|| Expr::bool(true), Expr::not)
+        self.now.had_ended[chart].clone().map_or_else(|| Expr::bool(true), Expr::not)
     }
 
     /// Cells that store the contribution of an ended chart to an output.
@@ -294,33 +295,27 @@ impl Builder<'_> {
         let name = self.net.actions[id].name.text.clone();
         let reset = self.action_input(id, Qualifier::R);
         let reset = self.named(format!("{name}.R"), TempRole::Helper, reset, out);
+        let latch = |this: &Self, part| this.action_latch.get(&(id, part)).copied();
+        let store = |latch, value| {
+            Stmt::Store(latch, None, simplify(&Expr::and([reset.clone().not(), value])))
+        };
         let mut ways = vec![self.action_input(id, Qualifier::N)];
         for (qualifier, part) in [
             (Qualifier::S, ActionPart::S),
             (Qualifier::SD, ActionPart::SD),
             (Qualifier::SL, ActionPart::SL),
         ] {
-            if let Some(latch) = self.action_latch.get(&(id, part)).copied() {
+            if let Some(latch) = latch(self, part) {
                 let value = Expr::or([cell(latch), self.action_input(id, qualifier)]);
-                out.push(Stmt::Store(
-                    latch,
-                    None,
-                    simplify(&Expr::and([reset.clone().not(), value])),
-                ));
+                out.push(store(latch, value));
                 if part == ActionPart::S {
                     ways.push(cell(latch));
                 }
             }
         }
         for part in [ActionPart::L, ActionPart::D, ActionPart::DS, ActionPart::SD, ActionPart::SL] {
-            let Some((time, held)) = self
-                .action_time
-                .get(&(id, part))
-                .copied()
-                .zip(self.action_latch.get(&(id, held_of(part))).copied())
-            else {
-                continue;
-            };
+            let time = self.action_time.get(&(id, part)).copied();
+            let Some((time, held)) = time.zip(latch(self, held_of(part))) else { continue };
             let input = match part {
                 ActionPart::L => Some(Qualifier::L),
                 ActionPart::D => Some(Qualifier::D),
@@ -346,13 +341,9 @@ impl Builder<'_> {
                 }
                 ActionPart::D | ActionPart::SD => ways.push(Expr::and([input, late])),
                 ActionPart::DS => {
-                    if let Some(latch) = self.action_latch.get(&(id, ActionPart::DS)).copied() {
+                    if let Some(latch) = latch(self, ActionPart::DS) {
                         let value = Expr::or([cell(latch), Expr::and([input, late])]);
-                        out.push(Stmt::Store(
-                            latch,
-                            None,
-                            simplify(&Expr::and([reset.clone().not(), value])),
-                        ));
+                        out.push(store(latch, value));
                         ways.push(cell(latch));
                     }
                 }
@@ -368,7 +359,7 @@ impl Builder<'_> {
             (Qualifier::P1, ActionPart::P1),
             (Qualifier::P0, ActionPart::P0),
         ] {
-            if let Some(old) = self.action_latch.get(&(id, part)).copied() {
+            if let Some(old) = latch(self, part) {
                 let now = self.action_input(id, qualifier);
                 ways.push(if part == ActionPart::P0 {
                     Expr::and([cell(old), now.not()])
@@ -472,7 +463,7 @@ impl Builder<'_> {
                             .iter()
                             .filter(|one| self.ranks.chart_of(net.steps[one.step].part) == *chart);
                         let value = simplify(&self.emitted(of_chart));
-                        let had = self.had_ended[*chart]
+                        let had = self.now.had_ended[*chart]
                             .clone()
                             .map_or_else(|| Expr::bool(true), Expr::not);
                         let ends = Expr::and(self.has_ended(*chart).into_iter().chain([had]));

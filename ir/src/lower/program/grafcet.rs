@@ -89,7 +89,7 @@ impl Builder<'_> {
         self.fire(&fire, &changes, &mut step);
         for event in self.net.inputs.ids() {
             let Some(GenericExpr { kind: ExprKind::Leaf(Leaf::Temp(holds)), .. }) =
-                self.holds[event]
+                self.now.holds[event]
             else {
                 continue;
             };
@@ -121,7 +121,7 @@ impl Builder<'_> {
                 self.is_external(event).then(|| Expr::leaf(Leaf::Input(event), Span::default()));
             let pending = self.pending[event];
             let holds = Expr::or(row.into_iter().chain(pending.map(cell)));
-            self.holds[event] = Some(if holds.is_false() || !(stable || pending.is_some()) {
+            self.now.holds[event] = Some(if holds.is_false() || !(stable || pending.is_some()) {
                 holds
             } else {
                 let id = self.new_temp(input.name.text.clone(), Type::Bool, TempRole::Holds(event));
@@ -139,7 +139,7 @@ impl Builder<'_> {
         for (edge, operand) in self.net.edges.iter() {
             if self.needs.edge[edge] && is_over_inputs(operand) {
                 let now = self.read(&operand.expr);
-                self.edge_now[edge] = Some(if matches!(now.kind, ExprKind::Leaf(_)) {
+                self.now.edge[edge] = Some(if matches!(now.kind, ExprKind::Leaf(_)) {
                     now
                 } else {
                     self.named(
@@ -159,7 +159,7 @@ impl Builder<'_> {
             if self.needs.edge[edge] && !is_over_inputs(operand) {
                 let now = self.read(&operand.expr);
                 let name = super::read::name_of_operand(self.net, operand);
-                self.edge_now[edge] = Some(self.named(name, TempRole::EdgeNow(edge), now, out));
+                self.now.edge[edge] = Some(self.named(name, TempRole::EdgeNow(edge), now, out));
             }
         }
     }
@@ -167,7 +167,7 @@ impl Builder<'_> {
     /// Stores the compared values for the next comparison.
     pub(super) fn renew_edges(&mut self, out: &mut Vec<Stmt>) {
         for edge in self.net.edges.ids() {
-            if let (Some(id), Some(now)) = (self.edge[edge], self.edge_now[edge].clone()) {
+            if let (Some(id), Some(now)) = (self.edge[edge], self.now.edge[edge].clone()) {
                 out.push(Stmt::Store(id, None, now));
             }
         }
@@ -177,7 +177,7 @@ impl Builder<'_> {
     pub(super) fn fireable_now(&self, id: TransitionId) -> Expr {
         let transition = &self.net.transitions[id];
         let enabled = transition.requires.iter().map(|step| self.is_active(*step));
-        let events = transition.events.iter().filter_map(|event| self.holds[*event].clone());
+        let events = transition.events.iter().filter_map(|event| self.now.holds[*event].clone());
         let trigger = (!transition.events.is_empty()).then(|| Expr::or(events));
         let guard = self.read_with(&transition.guard, &transition.requires);
         Expr::and(enabled.chain(trigger).chain([guard]))
@@ -227,7 +227,7 @@ impl Builder<'_> {
                     self.named(format!("{name}.fireable"), TempRole::Fireable(id), fireable, out);
             }
             if self.needs.fireable[id] {
-                self.fireable[id] = Some(fireable.clone());
+                self.now.fireable[id] = Some(fireable.clone());
             }
             fire[id] = Expr::and([fireable].into_iter().chain(forced.map(Expr::not)));
         }

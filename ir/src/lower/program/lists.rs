@@ -22,7 +22,7 @@ impl Builder<'_> {
                     let value = self.read_in_list(value);
                     let target = self.var[*var];
                     out.push(Stmt::Store(target, index, value));
-                    self.stored.insert(target);
+                    self.now.stored.insert(target);
                 }
                 StmtKind::Raise(event) => self.raise(*event, &mut out),
                 StmtKind::Send(slot) => self.send(*slot, &mut out),
@@ -109,7 +109,7 @@ impl Builder<'_> {
         let mut in_array = false;
         for leaf in now.leaves() {
             if let Leaf::Cell(id) = leaf
-                && self.stored.contains(id)
+                && self.now.stored.contains(id)
             {
                 in_array |= self.cells[*id].len.is_some();
                 changed.insert(*id);
@@ -122,11 +122,11 @@ impl Builder<'_> {
             let ty = self.type_of(&now);
             let id = self.new_temp("value", ty, TempRole::Helper);
             let span = now.span;
-            self.hoisted.push(Stmt::Set(id, now));
+            self.now.hoisted.push(Stmt::Set(id, now));
             return Expr { span, ..temp(id) };
         }
         for id in changed {
-            if !self.before.contains_key(&id) {
+            if !self.now.before.contains_key(&id) {
                 let (name, ty) = (format!("{}.before", self.cells[id].name), self.cells[id].ty);
                 let role = if let Origin::Var(var) = self.cells[id].origin {
                     TempRole::Before(var)
@@ -134,11 +134,11 @@ impl Builder<'_> {
                     TempRole::Helper
                 };
                 let copy = self.new_temp(name, ty, role);
-                self.hoisted.push(Stmt::Set(copy, cell(id)));
-                self.before.insert(id, copy);
+                self.now.hoisted.push(Stmt::Set(copy, cell(id)));
+                self.now.before.insert(id, copy);
             }
         }
-        let before = &self.before;
+        let before = &self.now.before;
         now.map(
             &mut |leaf, span| {
                 let leaf = match leaf {
@@ -154,14 +154,14 @@ impl Builder<'_> {
     /// Starts the sequence of a micro-step: nothing is stored yet.
     pub(super) fn begin_sequence(&mut self) {
         self.simultaneous = self.net.settings.assign_simultaneous;
-        self.stored.clear();
-        self.before.clear();
-        self.hoisted.clear();
+        self.now.stored.clear();
+        self.now.before.clear();
+        self.now.hoisted.clear();
     }
 
     /// Ends the sequence: places the copies that must be made before it in front of it.
     pub(super) fn end_sequence(&mut self, sequence: Vec<Stmt>) -> Vec<Stmt> {
-        let mut all = std::mem::take(&mut self.hoisted);
+        let mut all = std::mem::take(&mut self.now.hoisted);
         all.extend(sequence);
         self.simultaneous = false;
         all

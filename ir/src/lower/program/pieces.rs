@@ -151,14 +151,9 @@ impl Builder<'_> {
                 states[child].completes = true;
             }
             let completes = states[step].completes;
-            states[step] = StatePieces {
-                exit,
-                entry,
-                initial_content,
-                finish,
-                is_watched: watched[step],
-                completes,
-            };
+            let is_watched = watched[step];
+            states[step] =
+                StatePieces { exit, entry, initial_content, finish, is_watched, completes };
         }
         let mut transitions = guards;
         for (id, transition) in net.transitions.iter() {
@@ -220,7 +215,7 @@ impl Builder<'_> {
             }
         }
         all.extend(rounds.restarts.map(|it| (it, Carried::Restarts)));
-        for (part, had_ended) in self.had_ended.iter() {
+        for (part, had_ended) in self.now.had_ended.iter() {
             if let Some(ExprKind::Leaf(Leaf::Temp(it))) = had_ended.as_ref().map(|it| &it.kind) {
                 all.push((*it, Carried::HadEnded(part)));
             }
@@ -243,7 +238,7 @@ impl Builder<'_> {
         };
         for event in net.inputs.ids() {
             if let Some(number) = self.queues.as_ref().and_then(|queues| queues.number(event)) {
-                self.holds[event] = Some(is(number));
+                self.now.holds[event] = Some(is(number));
             }
         }
         let none =
@@ -267,7 +262,7 @@ impl Builder<'_> {
                 let name = format!("{}.fireable", transition.name);
                 let role = TempRole::Fireable(id);
                 let guard = self.named(name, role, Expr::and(now), check);
-                self.fireable[id] = Some(guard.clone());
+                self.now.fireable[id] = Some(guard.clone());
                 pieces[id].guard = guard;
                 pieces[id].is_named = true;
             } else {

@@ -113,13 +113,8 @@ impl Builder<'_> {
         let ty = queues.number_type();
         let mut queue = |name: &str, items: Origin, length: Origin| {
             let zeros = vec![0; bound as usize];
-            let items = self.cells.push(Cell {
-                name: name.to_owned(),
-                ty,
-                len: Some(bound),
-                init: zeros,
-                origin: items,
-            });
+            let items = Cell::plain(name.to_owned(), ty, items);
+            let items = self.cells.push(Cell { len: Some(bound), init: zeros, ..items });
             let counts = Type::Int { lo: 0, hi: i64::from(bound) };
             let length = self.new_cell(format!("{name}.length"), counts, length);
             Queue { items, length, bound }
@@ -178,7 +173,8 @@ impl Builder<'_> {
             Stmt::Store(queue.items, Some(cell(queue.length)), Expr::int(number)),
             Stmt::Store(queue.length, None, arith(ArithOp::Add, cell(queue.length), 1)),
         ];
-        let lost = self.fault.map(|fault| Stmt::Set(fault, Expr::bool(true))).into_iter().collect();
+        let lost =
+            self.now.fault.map(|fault| Stmt::Set(fault, Expr::bool(true))).into_iter().collect();
         out.push(Stmt::If(has_room, room, lost));
     }
 

@@ -35,7 +35,7 @@ impl Builder<'_> {
     fn read_leaf(&self, leaf: net::Leaf) -> Expr {
         match leaf {
             net::Leaf::Input(input) if self.net.inputs[input].kind.is_event() => {
-                self.holds[input].clone().unwrap_or_else(|| Expr::bool(false))
+                self.now.holds[input].clone().unwrap_or_else(|| Expr::bool(false))
             }
             net::Leaf::Input(input) => Expr::leaf(Leaf::Input(input), Span::default()),
             net::Leaf::Var(var) => cell(self.var[var]),
@@ -48,16 +48,16 @@ impl Builder<'_> {
             net::Leaf::Timer(timer) => {
                 self.timer[timer].map_or_else(|| Expr::int(0), |(ticks, _)| cell(ticks))
             }
-            net::Leaf::Rise(edge) => match (&self.edge_now[edge], self.edge[edge]) {
+            net::Leaf::Rise(edge) => match (&self.now.edge[edge], self.edge[edge]) {
                 (Some(now), Some(old)) => Expr::and([now.clone(), cell(old).not()]),
                 (None, _) | (_, None) => Expr::bool(false),
             },
-            net::Leaf::Fall(edge) => match (&self.edge_now[edge], self.edge[edge]) {
+            net::Leaf::Fall(edge) => match (&self.now.edge[edge], self.edge[edge]) {
                 (Some(now), Some(old)) => Expr::and([now.clone().not(), cell(old)]),
                 (None, _) | (_, None) => Expr::bool(false),
             },
             net::Leaf::Fireable(transition) => {
-                self.fireable[transition].clone().unwrap_or_else(|| Expr::bool(false))
+                self.now.fireable[transition].clone().unwrap_or_else(|| Expr::bool(false))
             }
             net::Leaf::Controlled(action) => {
                 self.action_q[action].map_or_else(|| Expr::bool(false), cell)

@@ -86,7 +86,7 @@ impl Times {
     ) -> Self {
         let mut push = |name: String, cap: i64, origin: Origin| {
             let ty = Type::Int { lo: 0, hi: cap };
-            cells.push(Cell { name, ty, len: None, init: vec![0], origin })
+            cells.push(Cell::plain(name, ty, origin))
         };
         let mut times = Times {
             cell: IdMap::filled(&net.steps, None),

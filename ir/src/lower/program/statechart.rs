@@ -121,7 +121,7 @@ impl Builder<'_> {
     fn begin_fault(&mut self, out: &mut Vec<Stmt>) -> TempId {
         let fault = self.new_temp("fault", Type::Bool, TempRole::Helper);
         out.push(Stmt::Set(fault, Expr::bool(false)));
-        self.fault = Some(fault);
+        self.now.fault = Some(fault);
         fault
     }
 
@@ -303,7 +303,7 @@ impl Builder<'_> {
             if let Some(number) = self.queues.as_ref().and_then(|queues| queues.number(event)) {
                 let holds = is(number).unwrap_or_else(|| Expr::bool(false));
                 let name = net.inputs[event].name.text.clone();
-                self.holds[event] = Some(self.named(name, TempRole::Holds(event), holds, out));
+                self.now.holds[event] = Some(self.named(name, TempRole::Holds(event), holds, out));
             }
         }
         let eventless = is(0).unwrap_or_else(|| Expr::bool(true));
@@ -318,7 +318,7 @@ impl Builder<'_> {
             let now = Expr::and(now.into_iter().chain(running));
             let name = format!("{}.fireable", transition.name);
             fireable[id] = self.named(name, TempRole::Fireable(id), now, out);
-            self.fireable[id] = Some(fireable[id].clone());
+            self.now.fireable[id] = Some(fireable[id].clone());
         }
         fireable
     }

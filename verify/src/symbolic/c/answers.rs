@@ -1,18 +1,23 @@
 //! Answers to the questions of an attempt, by construction or by the solver.
 
-use std::collections::BTreeMap;
+use grafsynth_ir::Gather;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+use grafsynth_ir::facts::is_active;
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
 
 use super::Induction;
 use super::attempt::Attempt;
+use super::exec::Danger;
 use super::question::{Check, Question};
 use crate::limits::Limits;
 use crate::symbolic::CONE;
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::cofactor::Residue;
+use crate::symbolic::reach::initial;
+use crate::symbolic::stuck::{StateBit, stuck};
 
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
@@ -25,6 +30,8 @@ const FEW_CONFLICTS: u64 = 500;
 /// The maximum number of steps whose pairs are all examined, and of situations that are searched for these pairs.
 const MAX_PAIRED: usize = 200;
 const MAX_SITUATIONS: usize = 5_000;
+/// The maximum number of situations, as far as a question depends on them, that are listed in an assumption.
+const MAX_PROJECTED: usize = 256;
 
 /// The cases of a component: its steps as variables, and for each case the one that is active, or [`Lit::FALSE`] for none.
 struct Cases {
@@ -84,7 +91,7 @@ impl Attempt<'_> {
         }
         let limits = Limits { conflicts, ..self.of.limits.clone() };
         let broken = check.broken;
-        let answer = self.with_model(|this| this.satisfiable(broken, &[], &limits));
+        let answer = self.with_model(|this| this.reachable(broken, &[], &limits));
         let what = self.describe(&check.question);
         match answer {
             Some(None) => {
@@ -167,7 +174,7 @@ impl Attempt<'_> {
             let active = cases.active[*case];
             let case: Vec<Lit> =
                 cases.variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
-            let answer = self.with_model(|this| this.satisfiable(*broken, &case, &limits));
+            let answer = self.with_model(|this| this.reachable(*broken, &case, &limits));
             if !matches!(answer, Some(None)) {
                 return false;
             }
@@ -178,23 +185,91 @@ impl Attempt<'_> {
         true
     }
 
-    /// Whether a condition can be true in a case: literals of steps that are true.
-    pub(super) fn satisfiable(
+    /// Whether a condition can be true in a case (literals of steps that are true), as far as is known: a point where it is true, or `None`. If there is such a
+    /// point, the search goes on with what is true of reachable states but costs more: the situation is a reachable one, and the reaction does not take more
+    /// micro-steps than any reachable one.
+    fn reachable(
         &mut self,
         broken: Lit,
         case: &[Lit],
         limits: &Limits,
     ) -> Option<Option<Vec<Lit>>> {
-        let mut support = self.model.maker.aig.support(&[broken], CONE)?;
+        let answer = self.satisfiable(broken, &[], case, limits);
+        if !matches!(answer, Some(Some(_))) || self.of.net.settings.policy.is_statechart() {
+            return answer;
+        }
+        let functions = [broken, self.overrun];
+        let support = self.model.maker.aig.support(&functions, CONE)?;
+        let mut known = vec![!self.overrun, self.reachable_situation(&support)];
+        let is_read = |lit: &&Lit| support.contains(&lit.negate_if(lit.is_negated()));
+        known.extend(self.stuck().iter().filter(is_read));
+        self.satisfiable(broken, &known, case, limits)
+    }
+
+    /// The literals of the state that are true in every reachable state, because their bits never change.
+    fn stuck(&mut self) -> &[Lit] {
+        if self.stuck.is_none() {
+            self.stuck = Some(self.find_stuck().unwrap_or_default());
+        }
+        self.stuck.as_deref().unwrap_or_default()
+    }
+
+    fn find_stuck(&mut self) -> Option<Vec<Lit>> {
+        let first = initial(&mut self.model).ok()?;
+        let next = self.next.clone()?;
+        let shape = self.model.maker.shape.clone();
+        let next = shape.bits(self.of.net, self.model.aig(), &next);
+        let bits = self.model.state_bits.iter().filter_map(|(key, now)| {
+            Some(StateBit { now: *now, next: *next.get(key)?, first: *first.get(key)? })
+        });
+        let bits: Vec<StateBit> = bits.collect();
+        Some(stuck(self.model.aig(), &bits))
+    }
+
+    /// The condition that the steps among these variables are active as in some reachable situation; true if there are too many possibilities.
+    fn reachable_situation(&mut self, support: &[Lit]) -> Lit {
+        let sets = self.of.facts.reach.as_ref().and_then(|reach| reach.sets.as_ref());
+        let Some(sets) = sets.filter(|sets| sets.len() <= MAX_SITUATIONS) else { return Lit::TRUE };
+        let steps = self.model.steps_of(support);
+        let known: BTreeSet<Vec<bool>> = sets
+            .iter()
+            .map(|set| steps.iter().map(|step| is_active(set, *step)).collect())
+            .gather();
+        if known.len() > MAX_PROJECTED {
+            return Lit::TRUE;
+        }
+        let active: Vec<Lit> =
+            steps.iter().map(|step| self.model.state_bits[&(Origin::Step(*step), 0, 0)]).collect();
+        let aig = self.model.aig();
+        let ways: Vec<Lit> = (known.iter())
+            .map(|is| {
+                let lits = active.iter().zip(is).map(|(lit, is)| lit.negate_if(!is));
+                aig.and_all(lits.collect::<Vec<_>>())
+            })
+            .collect();
+        aig.or_all(ways)
+    }
+
+    /// Whether a condition can be true in a case, together with other literals.
+    fn satisfiable(
+        &mut self,
+        broken: Lit,
+        known: &[Lit],
+        case: &[Lit],
+        limits: &Limits,
+    ) -> Option<Option<Vec<Lit>>> {
+        let all: Vec<Lit> = known.iter().copied().chain([broken]).collect();
+        let mut support = self.model.maker.aig.support(&all, CONE)?;
         support.extend(
             case.iter()
                 .filter(|lit| !lit.is_negated() && !support.contains(lit))
                 .copied()
                 .collect::<Vec<_>>(),
         );
-        let (mut holds, clauses) = self.assumptions_about(&support);
+        let (mut holds, mut clauses) = self.assumptions_about(&support);
+        self.model.complete_order_of_ages(&support, &mut clauses);
         holds.extend(case);
-        holds.push(broken);
+        holds.extend(all);
         let rank = |lit: Lit| {
             let own = self.bit_of.get(&lit).or_else(|| self.model.bit_of.get(&lit));
             own.copied().unwrap_or(0)
@@ -240,13 +315,9 @@ impl Attempt<'_> {
         if steps.len() > MAX_PAIRED || sets.len() > MAX_SITUATIONS {
             return;
         }
-        let is_in = |set: &Vec<u64>, step: StepId| {
-            let at = step.index();
-            set.get(at / 64).is_some_and(|word| word >> (at % 64) & 1 == 1)
-        };
         for (at, (a, lit_a)) in steps.iter().enumerate() {
             for (b, lit_b) in &steps[..at] {
-                if !sets.iter().any(|set| is_in(set, *a) && is_in(set, *b)) {
+                if !sets.iter().any(|set| is_active(set, *a) && is_active(set, *b)) {
                     clauses.push(vec![!*lit_a, !*lit_b]);
                 }
             }
@@ -287,8 +358,11 @@ impl Attempt<'_> {
                 let name = &self.of.hint.conditions[*at].1;
                 format!("the extern condition `{name}` may be called twice in a reaction")
             }
-            Question::Obligation(what, _, _) => {
+            Question::Obligation(Danger::Undefined(what), _, _) => {
                 format!("the C may have undefined behaviour (it {what})")
+            }
+            Question::Obligation(Danger::Leaves, _, _) => {
+                "the C may return before the reaction is complete".to_owned()
             }
             Question::Exclusive(at) => {
                 let member = &self.of.hint.state[*at].0.member;

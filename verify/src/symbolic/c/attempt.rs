@@ -39,8 +39,8 @@ pub(super) struct Attempt<'a> {
     pub(super) before: Vec<Scalar>,
     /// The cells of the scalars that hold nothing of the net before the reaction, in the order of the hint.
     pub(super) extra: Vec<Cell>,
-    /// The mark of the gate, if there is one, before the reaction.
-    pub(super) gate_mark: Option<Rc<Cell>>,
+    /// The members of the gate, if there is one, by the number of their cell: before the reaction, the mark has any of its values, and the others have none.
+    pub(super) gate_members: BTreeMap<usize, Rc<Cell>>,
     /// The variables that this attempt creates itself, each group with the condition that it has a possible value.
     pub(super) valid: Vec<(Vec<Lit>, Lit)>,
     /// For each of these variables, its position in its word, for the order of decision diagrams.
@@ -51,14 +51,19 @@ pub(super) struct Attempt<'a> {
     pub(super) exclusive: Vec<(usize, Lit)>,
     /// Conditions that are true in every state of the instance that the hint describes.
     pub(super) assumed: Vec<Lit>,
-    /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint.
-    pub(super) unset: Vec<usize>,
+    /// After `NAME_init`: the members that are no part of the relation and may have no value, by their number in the hint. `None` elsewhere: a reaction must not
+    /// take a value away.
+    pub(super) unset: Option<Vec<usize>>,
     /// After the first part of a reaction: for each extern condition, the literal that an earlier part called it.
     pub(super) asked_before: BTreeMap<InputId, Lit>,
     /// For each extern condition, the literal that this part of the reaction calls it.
     pub(super) asked_here: BTreeMap<InputId, Lit>,
     /// Variables that no statement changes, besides those of the inputs.
     pub(super) constant_in_loop: BTreeSet<Lit>,
+    /// True if the reaction of the net takes more micro-steps than any reachable one.
+    pub(super) overrun: Lit,
+    /// The literals of the net's state that are true in every reachable state, once a question needs them.
+    pub(super) stuck: Option<Vec<Lit>>,
     /// The state of the net after the reaction.
     pub(super) next: Option<State>,
     /// The variables of each timer in the instance, by its number in the hint, and later its value after the reaction.
@@ -108,16 +113,18 @@ impl<'a> Attempt<'a> {
             inputs,
             before: Vec::new(),
             extra: Vec::new(),
-            gate_mark: None,
+            gate_members: BTreeMap::new(),
             valid: Vec::new(),
             bit_of: BTreeMap::new(),
             invariants: Vec::new(),
             exclusive: Vec::new(),
             assumed: Vec::new(),
-            unset: Vec::new(),
+            unset: None,
             asked_before: BTreeMap::new(),
             asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
+            overrun: Lit::FALSE,
+            stuck: None,
             next: None,
             time_bits: Vec::new(),
             next_times: Vec::new(),
@@ -161,6 +168,7 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.reset())?;
         let wanted = self.model.maker.called.clone();
         let mut memory = self.memory(None)?;
+        self.unset = Some(Vec::new());
         self.link();
         self.call("_init", &mut memory, None)?;
         if !self.program.asked.is_empty() {
@@ -187,6 +195,7 @@ impl<'a> Attempt<'a> {
         let Reaction { state: next, outputs, fault } =
             self.with_model(|this| this.model.maker.reaction(&state, &inputs))?;
         let wanted = self.model.maker.called.clone();
+        self.overrun = self.model.maker.overrun();
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let mut checks = Vec::new();

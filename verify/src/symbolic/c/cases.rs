@@ -56,7 +56,7 @@ impl Subject<'_> {
                 return Err(format!("after `{}_init`, {why}", self.hint.prefix));
             }
         }
-        let this = Subject { unset: &reset.unset, ..self };
+        let this = Subject { unset: reset.unset.as_deref().unwrap_or_default(), ..self };
         let mut total = this.prove_reaction(total)?;
         this.prove_gate(&mut total)?;
         Ok(total)

@@ -203,32 +203,12 @@ impl<'u> Program<'u> {
             ExprKind::Function(id) => {
                 Ok(Some(Scalar::Pointer(vec![(Pointer::Function(*id), Lit::TRUE)])))
             }
-            ExprKind::Read(place) => {
-                if !place.ty.is_scalar() {
-                    return Err("a structure used as a value is not supported here".to_owned());
-                }
-                if let Some(byte) = self.byte(place, memory)? {
-                    return Ok(Some(Scalar::Int(byte)));
-                }
-                let from = self.addresses(place, memory)?;
-                let cell = self.cell(&from, memory)?;
-                self.oblige(cell.unset, "reads a value that was never set", expr.span);
-                self.is_alive(cell.value.as_ref(), memory, expr.span);
-                // If the cell was never set, the obligation fails.
-                Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
-            }
-            ExprKind::Address(place) | ExprKind::Decay(place) => {
-                let whole =
-                    n_cells(self.unit, &place.ty).ok_or("the size of an object is not known")?;
+            ExprKind::Read(place) => self.read(place, memory, expr.span),
+            ExprKind::Address(place) => {
                 let is_object = matches!(place.kind, PlaceKind::Symbol(_) | PlaceKind::Member(..));
-                let is_whole = is_object || matches!(expr.kind, ExprKind::Decay(_));
-                // The pointer to an element may move within its array (C99 6.5.6p8), and a pointer to anything else only within that.
-                let cases = self.reached(place, memory)?.into_iter().map(|(it, left, when)| {
-                    (Pointer::To(it, if is_whole { whole } else { left }), when)
-                });
-                let cases = cases.collect();
-                Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
+                self.pointer(place, is_object, memory)
             }
+            ExprKind::Decay(place) => self.pointer(place, true, memory),
             ExprKind::Unary(op, a) => self.unary(expr, *op, a, memory),
             ExprKind::Binary(op, a, b) => {
                 let (x, y) = (self.scalar(a, memory)?, self.scalar(b, memory)?);
@@ -245,22 +225,7 @@ impl<'u> Program<'u> {
                 let lit = self.logical(is_and, all, memory)?;
                 Ok(Some(Scalar::Int(Int::Bit(lit))))
             }
-            ExprKind::Choose(c, a, b) => {
-                let when = self.truth(c, memory)?;
-                match when.as_constant() {
-                    Some(true) => return self.evaluate(a, memory),
-                    Some(false) => return self.evaluate(b, memory),
-                    None => {}
-                }
-                let mut other = memory.clone();
-                self.assume(c, true, memory);
-                self.assume(c, false, &mut other);
-                let (yes, no) =
-                    (self.on_path(when, a, memory)?, self.on_path(!when, b, &mut other)?);
-                self.join(when, memory, other);
-                let (Some(yes), Some(no)) = (yes, no) else { return Ok(None) };
-                Ok(merge_scalars(&mut self.aig, &[(when, &yes), (!when, &no)]))
-            }
+            ExprKind::Choose(c, a, b) => self.choose(c, a, b, memory),
             ExprKind::Comma(a, b) => {
                 self.effect(a, memory)?;
                 self.evaluate(b, memory)
@@ -285,20 +250,12 @@ impl<'u> Program<'u> {
             }
             ExprKind::Step { is_increment, is_prefix, place } => {
                 let op = if *is_increment { BinaryOp::Add } else { BinaryOp::Sub };
-                let kind = self
-                    .unit
-                    .integer(&place.ty)
-                    .ok_or("arithmetic on pointers is not supported")?;
-                let ty = Type::Int(self.unit.machine.promoted(kind));
-                let one = Int::constant(1);
-                let (old, new) = self.updated(op, place, &one, &ty, memory, expr.span)?;
+                let (old, new) = self.stepped(op, place, memory, expr.span)?;
                 Ok(Some(if *is_prefix { new } else { old }))
             }
             ExprKind::Call(Callee::Function(function), arguments) => {
-                let mut values = Vec::new();
-                for argument in arguments {
-                    values.push(self.scalar(argument, memory)?);
-                }
+                let values = arguments.iter().map(|it| self.scalar(it, memory));
+                let values = values.collect::<Done<_>>()?;
                 self.call(*function, values, memory)
             }
             ExprKind::Call(Callee::Pointer(_), _) => {
@@ -308,6 +265,75 @@ impl<'u> Program<'u> {
                 Err("a structure that a function returns is not supported".to_owned())
             }
         }
+    }
+
+    /// Changes a place by one. Returns the values before and after.
+    fn stepped(
+        &mut self,
+        op: BinaryOp,
+        place: &'u Place,
+        memory: &mut Memory,
+        span: Loc,
+    ) -> Done<(Scalar, Scalar)> {
+        let kind = self.unit.integer(&place.ty).ok_or("arithmetic on pointers is not supported")?;
+        let ty = Type::Int(self.unit.machine.promoted(kind));
+        self.updated(op, place, &Int::constant(1), &ty, memory, span)
+    }
+
+    /// The value of a place.
+    fn read(&mut self, place: &'u Place, memory: &mut Memory, span: Loc) -> Done<Option<Scalar>> {
+        if !place.ty.is_scalar() {
+            return Err("a structure used as a value is not supported here".to_owned());
+        }
+        if let Some(byte) = self.byte(place, memory)? {
+            return Ok(Some(Scalar::Int(byte)));
+        }
+        let from = self.addresses(place, memory)?;
+        let cell = self.cell(&from, memory)?;
+        self.oblige(cell.unset, "reads a value that was never set", span);
+        self.is_alive(cell.value.as_ref(), memory, span);
+        // If the cell was never set, the obligation fails.
+        Ok(Some(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0)))))
+    }
+
+    /// A pointer to a place; `is_whole`: it may move within the whole object.
+    fn pointer(
+        &mut self,
+        place: &'u Place,
+        is_whole: bool,
+        memory: &mut Memory,
+    ) -> Done<Option<Scalar>> {
+        let whole = n_cells(self.unit, &place.ty).ok_or("the size of an object is not known")?;
+        // The pointer to an element may move within its array (C99 6.5.6p8), and a pointer to anything else only within that.
+        let cases = self
+            .reached(place, memory)?
+            .into_iter()
+            .map(|(it, left, when)| (Pointer::To(it, if is_whole { whole } else { left }), when));
+        let cases = cases.collect();
+        Ok(Some(Scalar::Pointer(pointer_cases(&mut self.aig, cases))))
+    }
+
+    /// `c ? a : b`; only the chosen operand is evaluated.
+    fn choose(
+        &mut self,
+        c: &'u Expr,
+        a: &'u Expr,
+        b: &'u Expr,
+        memory: &mut Memory,
+    ) -> Done<Option<Scalar>> {
+        let when = self.truth(c, memory)?;
+        match when.as_constant() {
+            Some(true) => return self.evaluate(a, memory),
+            Some(false) => return self.evaluate(b, memory),
+            None => {}
+        }
+        let mut other = memory.clone();
+        self.assume(c, true, memory);
+        self.assume(c, false, &mut other);
+        let (yes, no) = (self.on_path(when, a, memory)?, self.on_path(!when, b, &mut other)?);
+        self.join(when, memory, other);
+        let (Some(yes), Some(no)) = (yes, no) else { return Ok(None) };
+        Ok(merge_scalars(&mut self.aig, &[(when, &yes), (!when, &no)]))
     }
 
     /// Changes a place: its value is converted to a type for the operation. Returns the values before and after.
@@ -558,6 +584,10 @@ impl<'u> Program<'u> {
                 let keeps_const =
                     |from: &Qualified| target.qualifiers.is_const || !from.qualifiers.is_const;
                 let is_same = from.target().is_some_and(|it| it.ty == target.ty && keeps_const(it));
+                let stays = |from: &Qualified| from.qualifiers.space == target.qualifiers.space;
+                if !is_null && !from.target().is_some_and(stays) {
+                    return Err("a conversion between pointers to different address spaces is not supported".to_owned());
+                }
                 if is_null || is_same {
                     return Ok(value);
                 }

@@ -101,7 +101,7 @@ impl Subject<'_> {
         let checks = reset.reset()?;
         let settled = reset.settle_all(&checks, false, &mut total);
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
-        let this = Subject { unset: &reset.unset, ..self };
+        let this = Subject { unset: reset.unset.as_deref().unwrap_or_default(), ..self };
         let name = format!("{}{}", self.hint.prefix, self.reaction());
         let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();

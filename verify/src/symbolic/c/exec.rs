@@ -35,14 +35,22 @@ const LEFT: &str = "an exit from the middle of a reaction is not supported";
 pub(super) type Stop = String;
 pub(super) type Done<T> = Result<T, Stop>;
 
-/// Something that valid C must never do.
+/// Something that the program must never do.
 #[derive(Debug, Clone)]
 pub(super) struct Obligation {
     /// The condition under which the program does it.
     pub(super) broken: Lit,
-    /// A description, such as "divides by 0".
-    pub(super) what: &'static str,
+    pub(super) what: Danger,
     pub(super) loc: Loc,
+}
+
+/// What a program must never do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Danger {
+    /// Something that C leaves undefined, such as "divides by 0".
+    Undefined(&'static str),
+    /// It returns from a reaction before or after the loop over its checks, although the reaction is not complete.
+    Leaves,
 }
 
 /// A function of the user's library.
@@ -350,7 +358,7 @@ impl<'u> Program<'u> {
             let exits = breaks.iter().chain(&continues).map(|(when, _)| *when);
             let exits = exits.chain(returns.iter().map(|(when, _, _)| *when));
             let left = self.aig.or_all(exits.collect::<Vec<_>>());
-            self.oblige(left, "returns before the reaction is complete", stmt.span);
+            self.never(left, Danger::Leaves, stmt.span);
             memory = after;
         }
         Ok(memory)
@@ -414,6 +422,11 @@ impl<'u> Program<'u> {
 
     /// Records that the behaviour is undefined here if the condition is true.
     pub(super) fn oblige(&mut self, bad: Lit, what: &'static str, loc: Loc) {
+        self.never(bad, Danger::Undefined(what), loc);
+    }
+
+    /// Records that this must not happen here.
+    fn never(&mut self, bad: Lit, what: Danger, loc: Loc) {
         let broken = self.aig.and(self.here, bad);
         if broken != Lit::FALSE {
             self.obligations.push(Obligation { broken, what, loc });

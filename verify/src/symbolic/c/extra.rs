@@ -44,9 +44,13 @@ impl Attempt<'_> {
             };
             self.extra.push(cell);
         }
-        if self.of.hint.gate.is_some() {
+        if let Some(gate) = self.gate_cells()? {
+            // Each member is a cell of its own, so that a copy of one into another is seen.
+            for at in gate.all() {
+                self.gate_members.insert(at, Rc::new(Cell::UNSET));
+            }
             let mark = self.up_to(2, IntKind::UChar);
-            self.gate_mark = Some(Rc::new(Cell::of(Scalar::Int(mark))));
+            self.gate_members.insert(gate.mark, Rc::new(Cell::of(Scalar::Int(mark))));
         }
         Ok(())
     }

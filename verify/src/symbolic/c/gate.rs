@@ -39,7 +39,7 @@ pub(super) struct GateCells {
 }
 
 impl GateCells {
-    fn all(&self) -> BTreeSet<usize> {
+    pub(super) fn all(&self) -> BTreeSet<usize> {
         let (first, n) = self.inputs.unwrap_or((0, 0));
         (first..first + n).chain([self.mark]).chain(self.dt).collect()
     }
@@ -155,20 +155,14 @@ impl Attempt<'_> {
         Ok(Some(GateCells { mark: cell(&gate.mark)?, inputs, dt }))
     }
 
-    /// An error if a reaction may have changed a member of the gate. There the mark has any of its values, and the others have none.
+    /// An error if a reaction may have changed a member of the gate.
     pub(super) fn keeps_gate(&self, memory: &Memory) -> Result<(), String> {
-        let Some(gate) = self.gate_cells()? else { return Ok(()) };
         let cells = memory.object(INSTANCE);
-        let is_unset = |at: usize| {
-            let cell = cells.and_then(|cells| cells.get(at));
-            cell.is_some_and(|cell| cell.value.is_none() && cell.unset == Lit::TRUE)
+        let is_kept = |(at, member): (&usize, &Rc<Cell>)| {
+            let cell = cells.and_then(|cells| cells.get(*at));
+            cell.is_some_and(|cell| Rc::ptr_eq(whole(cell), member))
         };
-        let is_mark = |cell: &Rc<Cell>| {
-            self.gate_mark.as_ref().is_some_and(|mark| Rc::ptr_eq(whole(cell), mark))
-        };
-        let mark = cells.and_then(|cells| cells.get(gate.mark));
-        let mut others = gate.all().into_iter().filter(|at| *at != gate.mark);
-        if mark.is_some_and(is_mark) && others.all(is_unset) {
+        if self.gate_members.iter().all(is_kept) {
             return Ok(());
         }
         Err("the reaction changes a member of the gate".to_owned())

@@ -61,8 +61,8 @@ impl Attempt<'_> {
                 let (at, _) = self.cell_of(instance, &self.of.hint.extra[number].0)?;
                 cells[at] = Rc::new(value.clone());
             }
-            if let (Some(gate), Some(mark)) = (self.gate_cells()?, &self.gate_mark) {
-                cells[gate.mark] = mark.clone();
+            for (at, member) in &self.gate_members {
+                cells[*at] = member.clone();
             }
         }
         let mut memory = Memory::default();

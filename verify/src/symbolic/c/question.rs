@@ -9,6 +9,7 @@ use grafsynth_ir::facts::{Facts, Invariant};
 use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::{Net, StepId};
 
+use super::exec::Danger;
 use crate::limits::Limits;
 use crate::symbolic::aig::Lit;
 
@@ -35,8 +36,8 @@ pub(super) enum Question {
     Calls,
     /// An extern condition that is called more than once in a reaction, by its number in the hint.
     CalledTwice(usize),
-    /// An operation that C may leave undefined, with its location.
-    Obligation(&'static str, u32, usize),
+    /// Something that the C must never do, with its location.
+    Obligation(Danger, u32, usize),
     /// A scalar of the instance, by its number in the hint, whose meaning requires that some states exclude each other.
     Exclusive(usize),
     /// A scalar of the instance, by its number in the hint, at a place in the evolution of a statechart.

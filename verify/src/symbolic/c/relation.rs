@@ -265,7 +265,10 @@ impl Attempt<'_> {
                         && queue_of(*origin).is_none() =>
                 {
                     // Nothing may read it before a reaction writes it.
-                    self.unset.push(at);
+                    let Some(unset) = &mut self.unset else {
+                        return Err(format!("`{}` may lose its value", place.member));
+                    };
+                    unset.push(at);
                     continue;
                 }
                 _ => return Err(format!("`{}` is not set", place.member)),

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use super::attempt::Attempt;
+use super::exec::Danger;
 use super::memory::{Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar};
 use super::question::{Functions, Subject};
 use super::value::Int;
@@ -214,7 +215,11 @@ impl<'a> Interpreter<'a> {
         let all = std::mem::take(&mut self.attempt.program.obligations);
         for one in all {
             match one.broken.as_constant() {
-                Some(true) => return Err(Stuck::Undefined(one.what, one.loc.0)),
+                Some(true) => match one.what {
+                    Danger::Undefined(what) => return Err(Stuck::Undefined(what, one.loc.0)),
+                    // Only the proof asks this: here the whole reaction is executed.
+                    Danger::Leaves => {}
+                },
                 Some(false) => {}
                 None => return Err(Stuck::Unsupported("it is not known whether the behaviour is defined, because a value is not known".to_owned())),
             }

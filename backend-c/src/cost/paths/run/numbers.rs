@@ -55,13 +55,8 @@ impl Run<'_> {
 
     /// Evaluates code as a number in one state: the effects of calls within it are joined.
     pub(super) fn number(&mut self, code: &Code, state: &mut State) -> Done<Number> {
-        let int = Kind::int(self.int_bits);
         Ok(match code {
-            Code::Constant(value) => {
-                let bits = if int.all().contains(*value) { self.int_bits } else { 32 };
-                let bits = if Kind::int(bits).all().contains(*value) { bits } else { 64 };
-                Number { values: Values::one(*value), kind: Kind::int(bits), is_loose: *value >= 0 }
-            }
+            Code::Constant(value) => Number::literal(*value, self.int_bits),
             Code::Unknown(kind) => Number::new(kind.all(), *kind),
             Code::Read(address, kind) => {
                 let values = match self.cells(address, state)? {
@@ -88,30 +83,16 @@ impl Run<'_> {
             }
             Code::Table(all, index, kind) => {
                 let at = self.number(index, state)?.values;
-                let values = match at.listed() {
-                    Some(list) => Values::of(list.into_iter().filter_map(|at| {
-                        usize::try_from(at).ok().and_then(|at| all.get(at)).copied()
-                    })),
-                    None => Values::of(all.iter().copied()),
-                };
+                let values = at.entries(all);
                 Number::new(if values.is_none() { kind.all() } else { values }, *kind)
             }
             Code::Unary(sign, inner) => {
                 let inner = self.number(inner, state)?;
-                let zero = Number { values: Values::one(0), kind: int, is_loose: false };
+                let zero = Number::truth(Values::one(0), self.int_bits);
                 match *sign {
                     "-" => arithmetic("-", zero, inner, self.int_bits),
                     "+" => inner,
-                    _ => {
-                        let kind = if inner.kind.bits < self.int_bits { int } else { inner.kind };
-                        let all = kind.all();
-                        let unsigned = Kind { signed: false, ..kind }.all();
-                        Number {
-                            values: Values::range(all.lo(), unsigned.hi()),
-                            kind,
-                            is_loose: true,
-                        }
-                    }
+                    _ => inner.complement(self.int_bits),
                 }
             }
             Code::Binary(sign, a, b) => {
@@ -127,15 +108,7 @@ impl Run<'_> {
                     for mut one in states {
                         let number = self.number(code, &mut one)?;
                         found = Some(match found {
-                            Some(other) => Number {
-                                values: other.values.or(number.values),
-                                kind: if other.kind.bits >= number.kind.bits {
-                                    other.kind
-                                } else {
-                                    number.kind
-                                },
-                                is_loose: other.is_loose || number.is_loose,
-                            },
+                            Some(other) => other.or(number),
                             None => number,
                         });
                     }
@@ -148,17 +121,12 @@ impl Run<'_> {
             }
             Code::Truth(_) | Code::Call(..) => {
                 let found = self.values(code, state.clone())?;
-                let mut all = found.into_iter();
-                let Some((first, number)) = all.next() else {
+                let joined = found.into_iter().reduce(|(state, number), (other, another)| {
+                    (either(state, other), number.or(another))
+                });
+                let Some((joined, number)) = joined else {
                     return Err(Stopped::Lost("a call that does not return".to_owned()));
                 };
-                let (joined, number) =
-                    all.fold((first, number), |(joined, number), (state, other)| {
-                        (
-                            either(joined, state),
-                            Number { values: number.values.or(other.values), ..number },
-                        )
-                    });
                 *state = joined;
                 number
             }

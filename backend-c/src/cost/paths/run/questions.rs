@@ -13,37 +13,8 @@ impl Run<'_> {
         no: &mut Vec<State>,
     ) -> Done<()> {
         match question {
-            // If the second half decides alone, the first need not split the state.
-            Question::Both(a, b)
-                if self.decided(b, &mut state)? == Some(false)
-                    && self.decided(a, &mut state)?.is_none() =>
-            {
-                self.pay(&mut state, a.price().plus(b.price()));
-                no.push(state);
-                Ok(())
-            }
-            Question::Either(a, b)
-                if self.decided(b, &mut state)? == Some(true)
-                    && self.decided(a, &mut state)?.is_none() =>
-            {
-                self.pay(&mut state, a.price().plus(b.price()));
-                yes.push(state);
-                Ok(())
-            }
-            Question::Both(a, b) => {
-                let mut first = Vec::new();
-                self.ask(a, state, &mut first, no)?;
-                self.same(&mut first)?;
-                self.same(no)?;
-                first.into_iter().try_for_each(|state| self.ask(b, state, yes, no))
-            }
-            Question::Either(a, b) => {
-                let mut first = Vec::new();
-                self.ask(a, state, yes, &mut first)?;
-                self.same(&mut first)?;
-                self.same(yes)?;
-                first.into_iter().try_for_each(|state| self.ask(b, state, yes, no))
-            }
+            Question::Both(a, b) => self.halves(a, b, state, true, (yes, no)),
+            Question::Either(a, b) => self.halves(a, b, state, false, (no, yes)),
             Question::Not(inner) => self.ask(inner, state, no, yes),
             Question::Some(price, Code::Truth(inner)) => {
                 self.pay(&mut state, *price);
@@ -86,6 +57,34 @@ impl Run<'_> {
                 Ok(())
             }
         }
+    }
+
+    /// Two halves: the second matters if the first is `goes_on`; `on` and `out` receive the states in which the last half asked is, or is not, `goes_on`.
+    fn halves(
+        &mut self,
+        a: &Question,
+        b: &Question,
+        mut state: State,
+        goes_on: bool,
+        (on, out): (&mut Vec<State>, &mut Vec<State>),
+    ) -> Done<()> {
+        // If the second half decides alone, the first need not split the state.
+        if self.decided(b, &mut state)? == Some(!goes_on) && self.decided(a, &mut state)?.is_none()
+        {
+            self.pay(&mut state, a.price().plus(b.price()));
+            out.push(state);
+            return Ok(());
+        }
+        type States = Vec<State>;
+        let ask = |this: &mut Self, half, state, on: &mut States, out: &mut States| {
+            let (yes, no) = if goes_on { (on, out) } else { (out, on) };
+            this.ask(half, state, yes, no)
+        };
+        let mut first = Vec::new();
+        ask(self, a, state, &mut first, out)?;
+        self.same(&mut first)?;
+        self.same(out)?;
+        first.into_iter().try_for_each(|state| ask(self, b, state, on, out))
     }
 
     /// The value of a condition, if it is known and calls nothing.
