@@ -3,7 +3,9 @@
 use crate::effort::{Effort, Limits};
 use crate::exit::Demands;
 use crate::lists::did_you_mean;
-use crate::named::{CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, Notes, OBJECTIVES, RESETS};
+use crate::named::{
+    CALLS, ENCODINGS, Emit, FORMS, GOALS, GROUPS, INTS, LINKS, Notes, OBJECTIVES, RESETS,
+};
 use crate::numbers::whole;
 use crate::render::MessageFormat;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
@@ -13,6 +15,7 @@ use grafsynth_driver::coding::EncodingChoice;
 use grafsynth_driver::pipeline::ResetStyle;
 use grafsynth_driver::read::{CCalls, CGroup};
 use grafsynth_driver::split::Objective;
+use grafsynth_ir::division::Running;
 pub(crate) use pictures::{BlankPart, Draw, DrawStyle, Page, PageLanguage, PaperSize};
 use std::path::{Path, PathBuf};
 
@@ -448,6 +451,10 @@ pub(crate) struct Split {
     /// Minimise the estimated CPU cycles (`cycles`), the pins of the CPU (`pins`) or the macrocells of all chips (`cells`).
     #[arg(long, value_name = "WHAT", value_parser = OBJECTIVES, default_value = "cycles")]
     pub(crate) minimise: Objective,
+    /// How the parts run together. `lockstep` (the default): the CPU clocks the chips, and every row is that of the chart. `free-running`: each chip has a clock of
+    /// its own, which must be proved to change nothing.
+    #[arg(long, value_name = "HOW", value_parser = LINKS)]
+    pub(crate) link: Option<Running>,
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension. With `--explore`: the file of the drawing (`.svg`).
     #[arg(long, short, value_name = "DIR", default_value = ".")]
     pub(crate) output: PathBuf,

@@ -8,6 +8,7 @@ use grafsynth_driver::coding::{Encoding, EncodingChoice};
 use grafsynth_driver::pipeline::ResetStyle;
 use grafsynth_driver::read::{CCalls, CGroup};
 use grafsynth_driver::split::Objective;
+use grafsynth_ir::division::Running;
 use std::ffi::OsStr;
 
 /// Values of `check --notes`.
@@ -35,6 +36,10 @@ pub(crate) const INTS: Named<u32> = Named(&[("16", 16), ("32", 32)]);
 /// Values of `--minimise`.
 pub(crate) const OBJECTIVES: Named<Objective> =
     Named(&[("cycles", Objective::Cycles), ("pins", Objective::Pins), ("cells", Objective::Cells)]);
+
+/// Values of `split --link`.
+pub(crate) const LINKS: Named<Running> =
+    Named(&[("lockstep", Running::Lockstep), ("free-running", Running::Free)]);
 
 /// Values of `--optimise`.
 pub(crate) const GOALS: Named<Goal> = Named(&[("speed", Goal::Speed), ("size", Goal::Size)]);

@@ -10,6 +10,7 @@
 
 mod explore;
 mod file;
+mod free;
 mod link;
 mod memory;
 mod report;
@@ -18,6 +19,7 @@ mod table;
 
 pub use explore::{Costs, costs};
 pub use file::{Written, read, write};
+pub use free::{assumed, too_fast};
 pub use link::{Linked, Round, link, link_on_host, rounded};
 pub use memory::{Compile, Memory, Program, Sizes};
 pub use report::report;
@@ -29,11 +31,12 @@ use crate::stem::FileStem;
 use crate::target::Target;
 use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest_type};
-use grafsynth_ir::division::{Division, round_of, rounds_of};
+use grafsynth_ir::division::{Division, Running, round_of, rounds_of};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_split::codes::APART;
+use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::cpu::{CPUS, Cpu};
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
@@ -41,7 +44,9 @@ use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
 use grafsynth_split::{Groups, PartSpec, Partition, together};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
-use grafsynth_verify::{Apart, Joined, RoundFacts, joined};
+use grafsynth_verify::{
+    Apart, Joined, Open, OpenReason, Race, RoundFacts, Settled, joined, settles,
+};
 use search::Fitted;
 
 /// The device of a part.
@@ -93,6 +98,8 @@ pub struct Request<'a> {
     pub parts: &'a [RequestedPart],
     /// The objects that the designer places.
     pub places: &'a [Place],
+    /// How the parts run together.
+    pub running: Running,
     /// What is minimised.
     pub objective: Objective,
     /// After the first partition that fits, the number of partitions that may be built to find a better one, or to show that there is none.
@@ -116,6 +123,15 @@ pub struct BuiltPart {
     pub built: Built,
 }
 
+/// Whether the parts together are the net.
+#[derive(Debug)]
+pub enum Whole {
+    /// In lockstep: row by row.
+    Rounds(Verdict<Joined, Apart>),
+    /// If the parts run on their own: each output and each step takes the same sequence of values.
+    Sequences(Verdict<Settled, Race>),
+}
+
 /// A split.
 #[derive(Debug)]
 pub struct Split {
@@ -132,7 +148,7 @@ pub struct Split {
     /// The outputs of each part.
     pub parts: Vec<BuiltPart>,
     /// Whether the parts, joined by their wires, are the net.
-    pub joined: Verdict<Joined, Apart>,
+    pub joined: Whole,
     /// The number of partitions that were built and in which a part did not fit its device.
     pub unfit: usize,
     /// The number of partitions that were built.
@@ -169,7 +185,7 @@ impl Split {
 /// # Errors
 /// Unsupported features; contradictory places or constraints; errors in the build of a part, except that it does not fit.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
-    let groups = together(net)?;
+    let groups = together(net, request.running)?;
     let Fitted { partition, value, bound, division, chips, unfit, builds, cuts, memory } =
         search::search(net, &groups, request)?;
     let mut parts = chips;
@@ -180,14 +196,7 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
         }
         parts.push(cpu);
     }
-    let limits = &request.options.limits;
-    let facts = pipeline::facts(&round_of(net)?, limits);
-    let ends = rounds_of(net).is_none() || pipeline::facts(net, limits).always_stable.is_some();
-    let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
-        matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
-    });
-    let known = RoundFacts { facts: &facts, ends };
-    let joined = joined(net, known, &division, one_tick, limits);
+    let joined = whole(net, &division, request)?;
     Ok(Split {
         groups,
         partition,
@@ -201,6 +210,28 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
         cuts,
         memory,
     })
+}
+
+/// The proof about the parts together.
+fn whole(
+    net: &Valid<Net>,
+    division: &Division,
+    request: &Request<'_>,
+) -> Result<Whole, Vec<Diagnostic>> {
+    let limits = &request.options.limits;
+    if division.running == Running::Free {
+        return Ok(Whole::Sequences(match request.options.prove {
+            true => settles(net, division, limits),
+            false => Verdict::Open(Open::because(OpenReason::NotAsked)),
+        }));
+    }
+    let facts = pipeline::facts(&round_of(net)?, limits);
+    let ends = rounds_of(net).is_none() || pipeline::facts(net, limits).always_stable.is_some();
+    let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
+        matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
+    });
+    let known = RoundFacts { facts: &facts, ends };
+    Ok(Whole::Rounds(joined(net, known, division, one_tick, limits)))
 }
 
 /// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.
@@ -240,6 +271,9 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
     let target = match part.device {
         PartDevice::Chip(device) => {
             options.device = Some(device.name.to_owned());
+            if request.running == Running::Free {
+                options.synchronise = SYNCHRONISERS as u32;
+            }
             // The link needs the pins, which the data of the report contain.
             options.report = true;
             if device.layout.is_some() {

@@ -30,9 +30,41 @@ pub struct Owners {
     pub outputs: IdMap<Output, PartIndex>,
 }
 
+/// How the parts run together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Running {
+    /// The CPU clocks the chips, and all parts make their reactions in common rounds (§10.3).
+    #[default]
+    Lockstep,
+    /// Each part reacts on its own, the chips with clocks of their own (§10.7).
+    Free,
+}
+
+impl Running {
+    /// Both of them.
+    pub const ALL: [Running; 2] = [Running::Lockstep, Running::Free];
+
+    /// The name on the command line and in partition files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Running::Lockstep => "lockstep",
+            Running::Free => "free-running",
+        }
+    }
+
+    /// The way with this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Running> {
+        Running::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
 /// A net that is divided into parts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Division {
+    /// How the parts run together.
+    pub running: Running,
     /// The parts, in the order in which they decide: chips first, the CPU last.
     pub parts: Vec<PartNet>,
     /// The part that owns each object.
@@ -46,17 +78,20 @@ pub struct Division {
 pub enum Signal {
     /// Whether a transition of the net fires.
     Fires(TransitionId),
-    /// Whether a state of a statechart is active at the end of the reaction (§10.8).
+    /// Whether a step is active at the end of the last reaction of its part: a state of a statechart (§10.8), or a step of a part that runs on its own (§10.7).
     Active(StepId),
 }
 
 impl Signal {
-    /// The signal in words: "transition `t1` fires", "state `s1` is active".
+    /// The signal in words: "transition `t1` fires", "step `s1` is active".
     #[must_use]
     pub fn describe(self, net: &Net) -> String {
         match self {
             Signal::Fires(id) => format!("transition `{}` fires", net.transitions[id].name),
-            Signal::Active(id) => format!("state `{}` is active", net.steps[id].name),
+            Signal::Active(id) => {
+                let kind = if net.settings.policy.is_statechart() { "state" } else { "step" };
+                format!("{kind} `{}` is active", net.steps[id].name)
+            }
         }
     }
 }

@@ -35,6 +35,11 @@ impl Clock {
         self.delay
     }
 
+    /// The counter in the state.
+    pub(crate) fn cell(&self) -> Cell {
+        self.cell
+    }
+
     /// The stored value when `ticks` have passed since the counter was 0.
     #[must_use]
     pub fn saturate(&self, ticks: i64) -> i64 {

@@ -7,6 +7,8 @@
 //!
 //! A copy has no lists and no tasks, so each list runs on one part only. The steps after a transition are copied only if the part reads them: a transition into a
 //! step of another part is a sink transition in this part, and a source transition in the other.
+//!
+//! If the parts run on their own (§10.7), they have no copies and no images: a part reads from a wire whether a step of another part is active.
 
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::division::{
-    Division, Owners, PartIndex, PartNet, Shown, Signal, Source, round_of, rounds_of,
+    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source, round_of, rounds_of,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
@@ -61,39 +63,51 @@ pub fn divide(
     if net.settings.policy.is_statechart() {
         return statechart::divide(net, owners, names);
     }
-    let is_stable = rounds_of(net).is_some();
-    let net = &round_of(net)?;
+    let running = groups.running;
+    // Parts that run on their own make whole reactions.
+    let (round, is_stable) = match running {
+        Running::Lockstep => (round_of(net)?, rounds_of(net).is_some()),
+        Running::Free => (net.clone(), false),
+    };
+    let net = &round;
     let contents: Vec<Contents> =
-        (0..names.len()).map(|part| Contents::of(net, &owners, part)).collect();
-    let shown: BTreeSet<TransitionId> =
-        contents.iter().flat_map(|one| one.images.iter().copied()).gather();
+        (0..names.len()).map(|part| Contents::of(net, &owners, (part, running))).collect();
+    let shown: BTreeSet<Signal> =
+        contents.iter().flat_map(|one| one.wires.iter().copied()).gather();
     let mut used = used_names(net);
-    let wires = wire_names(net, &shown, &mut used);
+    let wires: BTreeMap<Signal, String> = shown
+        .into_iter()
+        .map(|signal| (signal, unused(wire_name(net, signal), &mut used)))
+        .gather();
     let mut parts = Vec::new();
     for (part, name) in names.iter().enumerate() {
         let mut copier = Copier::new(net, &owners, part, &contents[part], &wires);
+        // The CPU is the last part.
+        copier.is_clocked = running == Running::Free && part + 1 < names.len();
         if is_stable && owners.transitions.values().any(|owner| *owner == part) {
             copier.moves = Some(unused(format!("moves_{name}"), &mut used));
         }
         parts.push(copier.part(name)?);
     }
-    let signals = wires.into_iter().map(|(id, name)| {
-        let from = owners.transitions[id];
-        (Signal::Fires(id), name, from)
-    });
+    let signals = wires.into_iter().map(|(signal, name)| (signal, name, owner(&owners, signal)));
     let wires = connect(&parts, signals);
-    Ok(Division { parts, owners, wires })
+    Ok(Division { running, parts, owners, wires })
 }
 
-/// A name for each wire that no other object has.
-fn wire_names(
-    net: &Net,
-    shown: &BTreeSet<TransitionId>,
-    used: &mut BTreeSet<String>,
-) -> BTreeMap<TransitionId, String> {
-    let name =
-        |id: TransitionId| format!("fires_{}", net.transitions[id].name.text.replace('.', "_"));
-    shown.iter().map(|id| (*id, unused(name(*id), used))).gather()
+/// The part that knows a signal.
+fn owner(owners: &Owners, signal: Signal) -> PartIndex {
+    match signal {
+        Signal::Fires(id) => owners.transitions[id],
+        Signal::Active(id) => owners.steps[id],
+    }
+}
+
+fn wire_name(net: &Net, signal: Signal) -> String {
+    let (verb, name) = match signal {
+        Signal::Fires(id) => ("fires", &net.transitions[id].name),
+        Signal::Active(id) => ("active", &net.steps[id].name),
+    };
+    format!("{verb}_{}", name.text.replace('.', "_"))
 }
 
 /// The owner of an object; the owner of an event is the part that raises it.
@@ -116,15 +130,15 @@ fn owner_of(owners: &Owners, groups: &Groups, item: Item) -> Option<PartIndex> {
 #[derive(Debug, Default)]
 struct Contents {
     steps: BTreeSet<StepId>,
-    /// The transitions of other parts that change a step of this part.
-    images: BTreeSet<TransitionId>,
+    /// What the part must know about other parts: the transitions that change a step that it has or, if the parts run on their own, the steps that it reads.
+    wires: BTreeSet<Signal>,
     inputs: BTreeSet<InputId>,
     timers: BTreeSet<TimerId>,
     edges: BTreeSet<EdgeId>,
 }
 
 impl Contents {
-    fn of(net: &Net, owners: &Owners, part: PartIndex) -> Contents {
+    fn of(net: &Net, owners: &Owners, (part, running): (PartIndex, Running)) -> Contents {
         let mut all = Contents::default();
         for (id, step) in net.steps.iter().filter(|(id, _)| owners.steps[*id] == part) {
             all.steps.insert(id);
@@ -171,6 +185,14 @@ impl Contents {
         if forced && let Some(emergency) = &net.emergency {
             all.expr(net, &emergency.condition);
         }
+        if running == Running::Free {
+            let is_foreign = |step: &StepId| owners.steps[*step] != part;
+            let (foreign, own) = all.steps.into_iter().partition(is_foreign);
+            let foreign: BTreeSet<StepId> = foreign;
+            all.steps = own;
+            all.wires = foreign.into_iter().map(Signal::Active).gather();
+            return all;
+        }
         // The steps around a step are of its own part, by the rules of place.
         for (id, transition) in net.transitions.iter() {
             let mut touched = transition.requires.iter().copied().chain(following(transition));
@@ -178,7 +200,7 @@ impl Contents {
                 && transition.kind == TransitionKind::Move
                 && touched.any(|step| all.steps.contains(&step))
             {
-                all.images.insert(id);
+                all.wires.insert(Signal::Fires(id));
             }
         }
         all
@@ -224,7 +246,7 @@ struct NewIds {
     steps: Ids<Step>,
     transitions: Ids<Transition>,
     inputs: Ids<Input>,
-    wires: BTreeMap<TransitionId, InputId>,
+    wires: BTreeMap<Signal, InputId>,
     vars: Ids<Var>,
     timers: Ids<Timer>,
     edges: Ids<EdgeOperand>,
@@ -237,7 +259,9 @@ struct Copier<'n> {
     net: &'n Net,
     owners: &'n Owners,
     part: PartIndex,
-    wires: &'n BTreeMap<TransitionId, String>,
+    wires: &'n BTreeMap<Signal, String>,
+    /// True for a chip with a clock of its own: its inputs change at any time, and a flip-flop drives each of its wires, so that no one reads a wire in between.
+    is_clocked: bool,
     /// The name of the output that shows that a transition of the part fires, if it has one.
     moves: Option<String>,
     new: NewIds,
@@ -249,17 +273,16 @@ impl<'n> Copier<'n> {
         owners: &'n Owners,
         part: PartIndex,
         contents: &'n Contents,
-        wires: &'n BTreeMap<TransitionId, String>,
+        wires: &'n BTreeMap<Signal, String>,
     ) -> Self {
         let own = |owner: PartIndex| owner == part;
         let inputs = numbered(contents.inputs.iter().copied());
-        let wired = contents.images.iter().enumerate();
+        let wired = contents.wires.iter().enumerate();
+        let is_image = |id: TransitionId| contents.wires.contains(&Signal::Fires(id));
         let new = NewIds {
             steps: numbered(contents.steps.iter().copied()),
             transitions: numbered(
-                net.transitions
-                    .ids()
-                    .filter(|id| own(owners.transitions[*id]) || contents.images.contains(id)),
+                net.transitions.ids().filter(|id| own(owners.transitions[*id]) || is_image(*id)),
             ),
             wires: wired.map(|(at, id)| (*id, Id::from_index(inputs.len() + at))).gather(),
             inputs,
@@ -269,7 +292,7 @@ impl<'n> Copier<'n> {
             actions: numbered(net.actions.ids().filter(|id| own(owners.actions[*id]))),
             outputs: numbered(net.outputs.ids().filter(|id| own(owners.outputs[*id]))),
         };
-        Copier { net, owners, part, wires, moves: None, new }
+        Copier { net, owners, part, wires, is_clocked: false, moves: None, new }
     }
 
     fn part(&self, name: &str) -> Result<PartNet, Vec<Diagnostic>> {
@@ -282,11 +305,11 @@ impl<'n> Copier<'n> {
         };
         for id in self.new.inputs.keys() {
             // The CPU latches all inputs and holds them during the round.
-            part.inputs.push(Input { synchronous: true, ..net.inputs[*id].clone() });
+            part.inputs.push(Input { synchronous: !self.is_clocked, ..net.inputs[*id].clone() });
         }
-        for id in self.new.wires.keys() {
-            let text = self.wires.get(id).cloned().unwrap_or_default();
-            part.inputs.push(wire_input(Name::new(text, net.transitions[*id].name.span)));
+        for signal in self.new.wires.keys() {
+            let wire = wire_input(self.wire_name(*signal));
+            part.inputs.push(Input { synchronous: !self.is_clocked, ..wire });
         }
         part.vars = self.new.vars.keys().map(|id| net.vars[*id].clone()).collect();
         part.sharing = (net.sharing.iter())
@@ -322,7 +345,7 @@ impl<'n> Copier<'n> {
         let assumptions = net.properties.iter();
         part.properties = assumptions.filter_map(|one| assumption(one, &self.new.inputs)).collect();
         let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
-            .chain(self.new.wires.keys().map(|id| Source::Wire(Signal::Fires(*id))));
+            .chain(self.new.wires.keys().map(|signal| Source::Wire(*signal)));
         let inputs: Vec<Source> = inputs.collect();
         Ok(PartNet {
             name: name.to_owned(),
@@ -348,21 +371,38 @@ impl<'n> Copier<'n> {
         }
         let mut outputs: Vec<Shown> =
             self.new.outputs.keys().map(|id| Shown::Output(*id)).collect();
-        for (id, name) in self.wires {
-            if self.owners.transitions[*id] == self.part {
-                outputs.push(Shown::Wire(Signal::Fires(*id)));
-                let name = Name::new(name.clone(), net.transitions[*id].name.span);
-                part.outputs.push(firing(name, vec![self.at(&self.new.transitions, *id)]));
-            }
+        for signal in self.wires.keys().filter(|one| owner(self.owners, **one) == self.part) {
+            let driver = match *signal {
+                Signal::Fires(id) => Driver::Fires(vec![self.at(&self.new.transitions, id)]),
+                Signal::Active(id) => {
+                    let step = self.at(&self.new.steps, id);
+                    let span = net.steps[id].name.span;
+                    Driver::Continuous(vec![Emission { step, condition: None, span }])
+                }
+            };
+            outputs.push(Shown::Wire(*signal));
+            let registered = self.is_clocked && matches!(signal, Signal::Active(_));
+            part.outputs
+                .push(Output { registered, ..wire_output(self.wire_name(*signal), driver) });
         }
         if let Some(name) = &self.moves {
             outputs.push(Shown::Moves);
             let own = self.new.transitions.iter();
             let own = own.filter(|(old, _)| self.owners.transitions[**old] == self.part);
             let name = Name::new(name.clone(), net.name.span);
-            part.outputs.push(firing(name, own.map(|(_, new)| *new).collect()));
+            let driver = Driver::Fires(own.map(|(_, new)| *new).collect());
+            part.outputs.push(wire_output(name, driver));
         }
         outputs
+    }
+
+    /// The name of a wire, at the place of what it shows.
+    fn wire_name(&self, signal: Signal) -> Name {
+        let span = match signal {
+            Signal::Fires(id) => self.net.transitions[id].name.span,
+            Signal::Active(id) => self.net.steps[id].name.span,
+        };
+        Name::new(self.wires.get(&signal).cloned().unwrap_or_default(), span)
     }
 
     /// The forcing orders of steps of the part.
@@ -423,7 +463,7 @@ impl<'n> Copier<'n> {
         new.requires = here(&old.requires);
         new.clears = here(&old.clears);
         new.enters = enters.collect();
-        if let Some(wire) = self.new.wires.get(&id) {
+        if let Some(wire) = self.new.wires.get(&Signal::Fires(id)) {
             new.events.clear();
             new.actions.clear();
             new.guard = Expr::leaf(Leaf::Input(*wire), old.guard.span);
@@ -501,7 +541,10 @@ impl<'n> Copier<'n> {
         expr.map_leaves(&|leaf| match *leaf {
             Leaf::Input(id) => Leaf::Input(self.at(&new.inputs, id)),
             Leaf::Var(id) => Leaf::Var(self.at(&new.vars, id)),
-            Leaf::Active(id) => Leaf::Active(self.at(&new.steps, id)),
+            Leaf::Active(id) => match new.wires.get(&Signal::Active(id)) {
+                Some(wire) => Leaf::Input(*wire),
+                None => Leaf::Active(self.at(&new.steps, id)),
+            },
             Leaf::Elapsed(id) => Leaf::Elapsed(self.at(&new.steps, id)),
             Leaf::LastElapsed(id) => Leaf::LastElapsed(self.at(&new.steps, id)),
             Leaf::TasksDone(id) => Leaf::TasksDone(self.at(&new.steps, id)),
@@ -514,9 +557,8 @@ impl<'n> Copier<'n> {
     }
 }
 
-/// An output that shows that one of the transitions fires.
-fn firing(name: Name, transitions: Vec<TransitionId>) -> Output {
-    let driver = Driver::Fires(transitions);
+/// An output for other parts.
+fn wire_output(name: Name, driver: Driver) -> Output {
     let meta = Meta::default();
     Output { name, ty: Type::Bool, driver, safe: None, registered: false, meta }
 }

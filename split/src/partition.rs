@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::division::{Owners, PartIndex, Signal};
+use grafsynth_ir::division::{Owners, PartIndex, Running, Signal};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind, Transition, TransitionId,
@@ -198,7 +198,7 @@ pub fn problem(
     let readers = readers_of_inputs(net, groups);
     let mut inputs = pins(net, groups, &readers, count);
     let shared = match objective {
-        Objective::Pins => cpu_pins(net, &readers, parts, &mut inputs),
+        Objective::Pins => cpu_pins(net, groups.running, &readers, parts, &mut inputs),
         Objective::Cycles | Objective::Cells => BTreeMap::new(),
     };
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
@@ -335,7 +335,7 @@ pub(crate) struct Known {
 }
 
 /// What groups may have to know about each other: for each transition, the groups that have or read a step that it enters or leaves; for each state of a
-/// statechart, the outputs that depend on it.
+/// statechart, the outputs that depend on it; if the parts run on their own, the groups that read a step.
 pub(crate) fn known(net: &Net, groups: &Groups) -> Vec<Known> {
     let mut readers: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
@@ -350,7 +350,7 @@ pub(crate) fn known(net: &Net, groups: &Groups) -> Vec<Known> {
         let readers: Vec<usize> = all.into_iter().filter(|group| *group != driver).collect();
         (!readers.is_empty()).then_some(Known { signal, driver, readers })
     };
-    if net.settings.policy.is_statechart() {
+    if net.settings.policy.is_statechart() || groups.running == Running::Free {
         let of = |id| of(Signal::Active(id), Item::Step(id), vec![id]);
         return net.steps.ids().filter_map(of).collect();
     }
@@ -389,9 +389,10 @@ fn readers_of_inputs(net: &Net, groups: &Groups) -> BTreeMap<InputId, Vec<usize>
 ///
 /// An input that may be wired to chips alone costs a pin if a group on the CPU reads it, and another one if groups on chips read it too: 2 for a reader on the CPU, 1 for
 /// one on a chip, and −1 in any case. The inputs of one assumption count as one, because they are wired in the same way. Every other input costs a pin in any case, and
-/// another one if a group on a chip reads it.
+/// another one if a group on a chip reads it. If the parts run on their own, an input costs a pin if a group on the CPU reads it.
 fn cpu_pins(
     net: &Net,
+    running: Running,
     readers: &BTreeMap<InputId, Vec<usize>>,
     parts: &[PartSpec],
     inputs: &mut Vec<InputGroup>,
@@ -407,6 +408,10 @@ fn cpu_pins(
             inputs.push(InputGroup { readers, pins: 0, cost, on });
         };
         let constant = match candidates.get(input) {
+            _ if running == Running::Free => {
+                costs(own, &cpus, bits);
+                0
+            }
             Some(class) => {
                 let all = class.iter().filter_map(|one| readers.get(one)).flatten().copied();
                 let all: Vec<usize> = all.gather::<BTreeSet<usize>>().into_iter().collect();
@@ -433,9 +438,12 @@ fn pins(
     readers: &BTreeMap<InputId, Vec<usize>>,
     count: Count,
 ) -> Vec<InputGroup> {
+    let is_free = groups.running == Running::Free;
     let mut pins = Vec::new();
     for (input, readers) in readers {
-        let bits = u64::from(net.inputs[*input].ty.bits());
+        // Two flip-flops synchronise an input of a chip that runs on its own; their pins carry nothing else.
+        let synchronisers = if is_free && count == Count::Estimate { 2 } else { 0 };
+        let bits = u64::from(net.inputs[*input].ty.bits()) * (1 + synchronisers);
         pins.push(InputGroup { pins: bits, ..InputGroup::of(readers.clone()) });
     }
     if count == Count::Least {
@@ -450,7 +458,8 @@ fn pins(
     let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
     for (group, items) in groups.groups.iter().enumerate() {
         let all = Reads::of(net, items);
-        for step in all.steps.iter().filter(|_| has_copies) {
+        let own = |step: &&StepId| !is_free || groups.of.get(&Item::Step(**step)) == Some(&group);
+        for step in all.steps.iter().filter(|_| has_copies).filter(own) {
             present.entry(*step).or_default().push(group);
         }
         let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count();

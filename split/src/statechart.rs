@@ -13,7 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::division::{Division, Owners, PartIndex, PartNet, Shown, Signal, Source};
+use grafsynth_ir::division::{
+    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source,
+};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Driver, Emission, Evolution, Expr, Input, InputId, Leaf, Meta, Net, Output, OutputId, Part,
@@ -56,7 +58,7 @@ pub(crate) fn divide(
     }
     let signals = wires.into_iter().map(|(id, name)| (Signal::Active(id), name, cpu));
     let wires = connect(&parts, signals);
-    Ok(Division { parts, owners, wires })
+    Ok(Division { running: Running::Lockstep, parts, owners, wires })
 }
 
 /// What the outputs of a chip read.

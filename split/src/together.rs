@@ -3,12 +3,16 @@
 //! Two objects are *bonded* if a part that has one of them needs the other in the same reaction: a list and the variables that it writes, two transitions of which
 //! only one may fire. A part can have copies of steps and timers, because a step changes only when a transition fires, and that is what wires show. It cannot have
 //! a copy of a variable. So steps and timers bond nothing; variables, latches and conflicts do.
+//!
+//! If the parts run on their own (§10.7), a part has no copy of a step either, only a wire that shows whether it is active. So a transition is on the part of its
+//! steps, and times, actions and outputs are on the part of the steps that they belong to.
 
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
 use grafsynth_ir::diag::Diagnostic;
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::{
     ActionId, Block, Driver, Evolution, Expr, InputId, InputKind, Leaf, Net, OutputId, Policy,
     Step, StepId, StepKind, StmtKind, TransitionId, TransitionKind, VarId,
@@ -78,6 +82,10 @@ pub enum Why {
     Statechart,
     /// An output of a statechart that depends on more than active states and inputs, or is registered.
     Depends,
+    /// A transition and a step that it enters or leaves, if parts run on their own.
+    Moves,
+    /// Something that belongs to a step, or reads its time, if parts run on their own.
+    Belongs,
 }
 
 impl Why {
@@ -96,6 +104,8 @@ impl Why {
             Why::Depends => {
                 "is registered or depends on more than active states and inputs, so it stays with"
             }
+            Why::Moves => "enters or leaves",
+            Why::Belongs => "belongs to, or reads the time of,",
         }
     }
 }
@@ -103,6 +113,8 @@ impl Why {
 /// The objects of a net in groups: all objects of a group must be on the same part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Groups {
+    /// How the parts will run, which decides about the rules.
+    pub running: Running,
     /// The objects of each group, in order; the groups in the order of their first objects.
     pub groups: Vec<Vec<Item>>,
     /// The group of each object.
@@ -147,9 +159,9 @@ impl Groups {
 ///
 /// # Errors
 /// Features that a split does not support, each with its source location.
-pub fn together(net: &Net) -> Result<Groups, Vec<Diagnostic>> {
+pub fn together(net: &Net, running: Running) -> Result<Groups, Vec<Diagnostic>> {
     let hierarchy = hierarchy(net);
-    let mut finder = Finder { net, hierarchy, bonds: Vec::new(), cpu: BTreeMap::new() };
+    let mut finder = Finder { net, running, hierarchy, bonds: Vec::new(), cpu: BTreeMap::new() };
     finder.unsupported()?;
     if net.settings.policy.is_statechart() {
         finder.statechart();
@@ -163,8 +175,12 @@ pub fn together(net: &Net) -> Result<Groups, Vec<Diagnostic>> {
 #[derive(Debug, Default)]
 pub(crate) struct Reads {
     pub(crate) items: BTreeSet<Item>,
+    pub(crate) inputs: BTreeSet<InputId>,
     pub(crate) fireable: BTreeSet<TransitionId>,
+    /// The steps whose bits are read.
     pub(crate) steps: BTreeSet<StepId>,
+    /// The steps whose times are read; `None` if no time is read.
+    pub(crate) times: Option<BTreeSet<StepId>>,
     pub(crate) has_extern: bool,
 }
 
@@ -173,20 +189,26 @@ impl Reads {
     pub(crate) fn add(&mut self, net: &Net, expr: &Expr) {
         for leaf in expr.leaves() {
             match *leaf {
-                Leaf::Input(input) => match net.inputs[input].kind {
-                    InputKind::Extern => self.has_extern = true,
-                    InputKind::Event | InputKind::InternalEvent => {
-                        self.items.insert(Item::Event(input));
+                Leaf::Input(input) => {
+                    self.inputs.insert(input);
+                    match net.inputs[input].kind {
+                        InputKind::Extern => self.has_extern = true,
+                        InputKind::Event | InputKind::InternalEvent => {
+                            self.items.insert(Item::Event(input));
+                        }
+                        InputKind::Pin => {}
                     }
-                    InputKind::Pin => {}
-                },
+                }
                 Leaf::Var(var) => {
                     self.items.insert(Item::Var(var));
                 }
                 Leaf::TasksDone(step) => {
                     self.items.insert(Item::Step(step));
                 }
-                Leaf::Timer(timer) => self.add(net, &net.timers[timer].condition),
+                Leaf::Timer(timer) => {
+                    self.times.get_or_insert_default();
+                    self.add(net, &net.timers[timer].condition);
+                }
                 Leaf::Rise(edge) | Leaf::Fall(edge) => self.add(net, &net.edges[edge].expr),
                 Leaf::Fireable(transition) => {
                     self.fireable.insert(transition);
@@ -194,8 +216,9 @@ impl Reads {
                 Leaf::Controlled(action) => {
                     self.items.insert(Item::Action(action));
                 }
-                Leaf::Active(step) | Leaf::Elapsed(step) | Leaf::LastElapsed(step) => {
-                    self.steps.insert(step);
+                Leaf::Active(step) => _ = self.steps.insert(step),
+                Leaf::Elapsed(step) | Leaf::LastElapsed(step) => {
+                    self.times.get_or_insert_default().insert(step);
                 }
             }
         }
@@ -204,6 +227,7 @@ impl Reads {
 
 struct Finder<'n> {
     net: &'n Net,
+    running: Running,
     /// Forced and enclosed steps, which can change without a transition that enters or leaves them, and the steps that force or enclose them.
     hierarchy: BTreeSet<StepId>,
     bonds: Vec<Bond>,
@@ -221,7 +245,9 @@ impl Finder<'_> {
                     .help(help),
             );
         };
-        if net.settings.policy.is_statechart() {
+        if self.running == Running::Free {
+            on_their_own(net, &mut refuse);
+        } else if net.settings.policy.is_statechart() {
             let is_last =
                 |step: &Step| matches!(step.kind, StepKind::Final) && step.parent.is_none();
             for step in net.steps.values().filter(|step| is_last(step)) {
@@ -302,6 +328,11 @@ impl Finder<'_> {
                 self.event(item, *event);
             }
             self.list(item, &transition.actions);
+            if self.running == Running::Free {
+                for step in transition.requires.iter().copied().chain(following(transition)) {
+                    self.bond(item, Item::Step(step), Why::Moves);
+                }
+            }
             // The owner must have one of the steps; otherwise the transition would have no step there.
             if transition.requires.is_empty()
                 && let Some(step) = following(transition).next()
@@ -320,6 +351,11 @@ impl Finder<'_> {
                 self.expr(item, condition);
             });
             action.uses.iter().for_each(|one| self.copy(item, one.step));
+            if self.running == Running::Free
+                && action.uses.iter().any(|one| one.qualifier.is_timed())
+            {
+                self.cpu.insert(item, NO_TICK);
+            }
             self.list(item, &action.body);
         }
         for (id, output) in net.outputs.iter() {
@@ -367,9 +403,11 @@ impl Finder<'_> {
         raised.gather()
     }
 
-    /// Records that the item reads the step: a copy is enough, unless wires cannot show how the step changes.
+    /// Records that the item needs a copy of the step, which is enough, unless wires cannot show how the step changes.
     fn copy(&mut self, item: Item, step: StepId) {
-        if self.hierarchy.contains(&step) {
+        if self.running == Running::Free {
+            self.bond(item, Item::Step(step), Why::Belongs);
+        } else if self.hierarchy.contains(&step) {
             self.bond(item, Item::Step(step), Why::Hierarchy);
         }
     }
@@ -416,9 +454,18 @@ impl Finder<'_> {
                 other => self.bond(item, other, Why::Uses),
             }
         }
-        for step in reads.steps {
-            self.copy(item, step);
+        if self.running == Running::Free {
+            if reads.times.is_some() {
+                self.cpu.insert(item, NO_TICK);
+            }
+            if reads.inputs.iter().any(|id| !self.net.inputs[*id].ty.is_bool()) {
+                let why = "it reads an integer input, whose bits do not change at the same moment";
+                self.cpu.insert(item, why);
+            }
+        } else {
+            reads.steps.into_iter().for_each(|step| self.copy(item, step));
         }
+        reads.times.into_iter().flatten().for_each(|step| self.copy(item, step));
         for transition in reads.fireable {
             self.bond(item, Item::Transition(transition), Why::Otherwise);
         }
@@ -529,8 +576,44 @@ impl Finder<'_> {
                 cpu_only.entry(*group).or_insert((item, reason));
             }
         }
-        Groups { groups, of, bonds: self.bonds, cpu_only }
+        Groups { running: self.running, groups, of, bonds: self.bonds, cpu_only }
     }
+}
+
+/// Why a free-running chip cannot have something.
+const NO_TICK: &str = "it measures time, and a free-running chip has no tick";
+
+/// Refuses what has no meaning if each part makes reactions of its own: a number of reactions, and a reaction in which several things happen at once.
+fn on_their_own(net: &Net, refuse: &mut impl FnMut(&str, &str, Span)) {
+    let help = "split it without `--link free-running`, or build the chart for one chip or one CPU with `build`";
+    let mut refuse = |what: &str, span| {
+        refuse(&format!("{what} and parts that run on their own"), help, span);
+    };
+    if net.settings.policy.is_statechart() {
+        refuse("a statechart", net.name.span);
+    }
+    if let Some(emergency) = &net.emergency {
+        refuse("a chart with `emergency`", emergency.condition.span);
+    }
+    for input in net.inputs.values() {
+        match input.kind {
+            InputKind::Pin | InputKind::InternalEvent => {}
+            InputKind::Event => {
+                refuse(&format!("a chart with the event `{}`", input.name), input.meta.span);
+            }
+            InputKind::Extern => {
+                let what = format!("a chart with the extern condition `{}`", input.name);
+                refuse(&what, input.meta.span);
+            }
+        }
+    }
+    for output in net.outputs.values().filter(|output| output.is_extern()) {
+        refuse(&format!("a chart with the extern action `{}`", output.name), output.meta.span);
+    }
+    let of_steps = net.steps.values().filter(|step| !step.code.is_empty());
+    let of_lists = net.statements().filter(|stmt| matches!(stmt.kind, StmtKind::Code(_)));
+    let code = of_steps.map(|step| step.meta.span).chain(of_lists.map(|stmt| stmt.span));
+    code.take(1).for_each(|span| refuse("text in the target language", span));
 }
 
 /// All enclosing, enclosed, forcing and forced steps.

@@ -16,6 +16,7 @@ use grafsynth_driver::split::{Objective, PartDevice, Request, RequestedPart, Spl
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::memory::sizes;
 use grafsynth_ir::diag::Severity;
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_verify::Limits;
@@ -86,6 +87,7 @@ fn row(net: &Valid<Net>, objective: Objective) -> (String, bool) {
     let request = Request {
         parts: &parts,
         places: &[],
+        running: Running::Lockstep,
         objective,
         fits: 8,
         stem: &stem,

@@ -11,6 +11,7 @@ use grafsynth_driver::split::{
 };
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::{Availability, Engine as _, EngineError, Job, OfCpu, SplitEngine};
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::{Evolution, Net, Policy};
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::{Random, Stimulus, compare};
@@ -65,7 +66,7 @@ fn statechart(seed: u64) -> Valid<Net> {
 
 /// A split with each group on a random part; `None` if the net cannot be split in this way.
 fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
-    let groups = together(net).ok()?;
+    let groups = together(net, Running::Lockstep).ok()?;
     let mut random = Random::new(seed ^ 0xc0_51);
     let mut places = Vec::new();
     for (at, items) in groups.groups.iter().enumerate() {

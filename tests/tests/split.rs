@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::division::{Division, Owners, Source, round_of};
+use grafsynth_ir::division::{Division, Owners, Running, Source, round_of};
 use grafsynth_ir::net::{
     Driver, Enter, Expr, InputKind, Leaf, Meta, Net, Policy, Property, PropertyExpr, PropertyLeaf,
     PropertyRole,
@@ -52,7 +52,7 @@ fn names(parts: usize) -> Vec<String> {
 /// A random division of a net; `None` if its features do not allow any.
 pub(crate) fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
     let mut random = Random::new(seed ^ 0x5_9117);
-    let groups = together(net).ok()?;
+    let groups = together(net, Running::Lockstep).ok()?;
     let parts = 2 + random.below(2);
     let owners = owners(net, &groups, parts, &mut random);
     Some(divide(net, &groups, owners, &names(parts)).unwrap_or_else(|findings| {
@@ -499,7 +499,7 @@ const STATES: [StateCase; 3] = [
 fn wires_show_states_at_the_end_of_a_reaction() {
     for (what, items, rows, wanted) in STATES {
         let net = chart("states.graf", &format!("chart n {{\n{items}\n}}\n"));
-        let groups = together(&net).expect("it can be divided");
+        let groups = together(&net, Running::Lockstep).expect("it can be divided");
         let names = names(2);
         let on_chip = |item: Item| usize::from(groups.cpu_only.contains_key(&groups.of[&item]));
         let owners = Owners {

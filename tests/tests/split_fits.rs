@@ -11,6 +11,7 @@ use grafsynth_driver::split::{
     Compile, Cpu, Item, Objective, PartDevice, Place, Program, Request, RequestedPart, Sizes, split,
 };
 use grafsynth_driver::stem::FileStem;
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::Random;
@@ -63,7 +64,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
     while nets < rounds(4, 200) {
         seed += 1;
         let net = net(seed);
-        let Ok(groups) = together(&net) else { continue };
+        let Ok(groups) = together(&net, Running::Lockstep) else { continue };
         let n_groups = groups.groups.len();
         if !(2..=most_groups).contains(&n_groups) {
             continue;
@@ -86,6 +87,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
             let request = Request {
                 parts: &parts,
                 places,
+                running: Running::Lockstep,
                 objective,
                 fits,
                 stem,

@@ -9,6 +9,7 @@ use grafsynth_driver::split::{
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::memory::sizes;
 use grafsynth_engines::tools;
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_split::codes::MEMORY;
@@ -45,6 +46,7 @@ fn split_on(
     let request = Request {
         parts: &[part("chip", chip), part("cpu", cpu)],
         places: &[],
+        running: Running::Lockstep,
         objective,
         fits: 4,
         stem: &stem,

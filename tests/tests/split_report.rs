@@ -8,6 +8,7 @@ use grafsynth_driver::split::{
 };
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::Valid;
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_split::link::check;
 use grafsynth_tests::chart;
@@ -33,7 +34,16 @@ fn request<'a>(
     objective: Objective,
     (stem, options): (&'a FileStem, &'a BuildOptions),
 ) -> Request<'a> {
-    Request { parts, places: &[], objective, fits: 4, stem, options, compile: None }
+    Request {
+        parts,
+        places: &[],
+        running: Running::Lockstep,
+        objective,
+        fits: 4,
+        stem,
+        options,
+        compile: None,
+    }
 }
 
 fn parts() -> [RequestedPart; 2] {
@@ -72,7 +82,8 @@ fn a_report_names_every_object_wire_and_connection() {
     let request = request(&parts, Objective::Cycles, (&stem, &options));
     let (split, linked) = made(&net, &request);
     let summary = [split.said(Objective::Cycles)];
-    let document = report(&net, (&split, &linked), &request, &summary, ("proved", "proved"));
+    let document =
+        report(&net, (&split, &linked), &request, &summary, ("proved", &["proved".to_owned()]));
     let ids: Vec<&str> = document.sections.iter().map(|section| section.id).collect();
     assert_eq!(ids, ["split", "proofs", "partition", "wires", "wiring", "costs"]);
     let rows = |id: &str| -> usize {

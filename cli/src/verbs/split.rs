@@ -16,7 +16,7 @@ use grafsynth_driver::pipeline::{self, BuildOptions, OutputFile};
 
 use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_driver::report::{Outcome, OutputReport};
-use grafsynth_driver::split::{self, Cpu, Linked, Objective, Request, RequestedPart, Split};
+use grafsynth_driver::split::{self, Cpu, Linked, Objective, Request, RequestedPart, Split, Whole};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
@@ -69,6 +69,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
     let request = Request {
         parts: &parts,
         places: &places,
+        running: arguments.link.or(written.partition.running).unwrap_or_default(),
         objective: arguments.minimise,
         fits: FITS,
         stem: &stem,
@@ -155,6 +156,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
             let request = Request {
                 parts,
                 places,
+                running: arguments.link.unwrap_or_default(),
                 objective,
                 fits: FITS,
                 stem: &stem,
@@ -285,10 +287,11 @@ fn finish(
 ) -> Result<Exit, Stop> {
     let worst =
         split.parts.iter().map(|part| part.built.outcome()).max().unwrap_or(Outcome::Proved);
-    let exit = match (&split.joined, worst) {
-        (Verdict::Refuted(_), _) | (_, Outcome::Refuted) => Exit::Refuted,
-        (Verdict::Open(_), _) | (_, Outcome::Open | Outcome::NotChecked) => Exit::Open,
-        (Verdict::Proved(_), Outcome::Proved) => Exit::Done,
+    let (whole, lines) = joined(net, &split, &link);
+    let exit = match (whole, worst) {
+        (Status::Refuted, _) | (_, Outcome::Refuted) => Exit::Refuted,
+        (Status::Proved, Outcome::Proved) => Exit::Done,
+        _ => Exit::Open,
     };
     let unwritten = match exit {
         Exit::Refuted => Some("a part or the joined parts differ from the chart"),
@@ -327,9 +330,9 @@ fn finish(
     for line in summary(&split, &link, arguments.minimise) {
         session.tell(&format!("{line}\n"));
     }
-    let (status, message) = joined(&split);
-    let answer = Answer::new(About::Output, "joined parts", status, message.as_str());
-    session.answer(&answer, &format!("joined parts: {message}\n"));
+    let message = lines.join("\n");
+    let answer = Answer::new(About::Output, "joined parts", whole, message.as_str());
+    session.answer(&answer, &format!("joined parts: {}\n", lines.join("\n  ")));
     if let Some(why) = unwritten {
         session.tell(&format!("nothing was written: {why}\n"));
     }
@@ -368,9 +371,8 @@ fn report(
 ) -> Vec<OutputFile> {
     let net = &design.net;
     let summary = summary(split, link, request.objective);
-    let (status, message) = joined(split);
-    let document =
-        split::report(net, (split, link), request, &summary, (status.name(), message.as_str()));
+    let (status, lines) = joined(net, split, link);
+    let document = split::report(net, (split, link), request, &summary, (status.name(), &lines));
     let owners = &split.division.owners;
     let steps = net.steps.iter().map(|(id, step)| (step.meta.span, owners.steps[id]));
     let transitions = net.transitions.iter();
@@ -423,25 +425,42 @@ fn round(link: &Linked) -> String {
     }
 }
 
-/// The verdict on the joined parts.
-fn joined(split: &Split) -> (Status, String) {
+/// The verdict on the joined parts: a line, and for parts that run on their own what it assumes, or how they differ.
+fn joined(net: &Net, split: &Split, link: &Linked) -> (Status, Vec<String>) {
+    let open = |open: &grafsynth_verify::Open| {
+        let reasons: Vec<String> = open.reasons.iter().map(ToString::to_string).collect();
+        (Status::Open, vec![format!("open: {}", reasons.join("; "))])
+    };
     match &split.joined {
-        Verdict::Proved(proof) => {
+        Whole::Rounds(Verdict::Proved(proof)) => {
             let functions = counted(proof.compared, "function", "functions");
             let message = format!(
                 "proved equal to the chart {} ({functions}, {} by construction)",
                 proof.scope, proof.same
             );
-            (Status::Proved, message)
+            (Status::Proved, vec![message])
         }
-        Verdict::Refuted(apart) => {
+        Whole::Rounds(Verdict::Refuted(apart)) => {
             let message = format!("DIFFER from the chart: {} ({})", apart.what, apart.when);
-            (Status::Refuted, message)
+            (Status::Refuted, vec![message])
         }
-        Verdict::Open(open) => {
-            let reasons: Vec<String> = open.reasons.iter().map(ToString::to_string).collect();
-            (Status::Open, format!("open: {}", reasons.join("; ")))
+        Whole::Sequences(Verdict::Proved(proof)) => {
+            if let Some(why) = split::too_fast(net, proof, link) {
+                return (Status::Open, vec![format!("open: {why}")]);
+            }
+            let message = format!(
+                "proved: each output and step takes the same values in the same order as in the chart, however fast the parts are ({} at rest, {} compared)",
+                counted(proof.rests, "situation", "situations"),
+                counted(proof.moments as usize, "moment", "moments")
+            );
+            (Status::Proved, vec![message, split::assumed(net, proof, link)])
         }
+        Whole::Sequences(Verdict::Refuted(race)) => {
+            let numbered = (1..).zip(&race.trace).map(|(n, event)| format!("{n}. {event}"));
+            let first = format!("DIFFER from the chart: {}", race.what);
+            (Status::Refuted, [first].into_iter().chain(numbered).collect())
+        }
+        Whole::Rounds(Verdict::Open(why)) | Whole::Sequences(Verdict::Open(why)) => open(why),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The partition file `plant.split`: the parts, and the part of each object. Users can edit it and read it again with `--with`.
 
+use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_split::{Item, Objective};
 
@@ -10,6 +11,8 @@ use super::{RequestedPart, Split};
 pub struct Written {
     /// The parts, in order: name and device.
     pub parts: Vec<(String, String)>,
+    /// How the parts run together, if a line says it.
+    pub running: Option<Running>,
     /// The places, in order: the object, the part, and the line number, from 1.
     pub places: Vec<(String, String, u32)>,
 }
@@ -22,6 +25,9 @@ pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objec
         net.name
     );
     text += &format!("# minimised: {}\n\n", split.said(objective));
+    if split.division.running != Running::default() {
+        text += &format!("link {}\n", split.division.running.name());
+    }
     for part in parts {
         text += &format!("part {} = {}\n", part.name, part.device.name());
     }
@@ -77,6 +83,10 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
             && let Some((name, device)) = rest.split_once('=')
         {
             written.parts.push((name.trim().to_owned(), device.trim().to_owned()));
+        } else if let Some(running) =
+            line.strip_prefix("link ").and_then(|it| Running::named(it.trim()))
+        {
+            written.running = Some(running);
         } else if let Some(rest) = line.strip_prefix("place ")
             && let Some((names, part)) = rest.rsplit_once(" on ")
         {
@@ -87,7 +97,8 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
         } else {
             wrong.push((
                 number,
-                "expected `part NAME = DEVICE` or `place NAME, .. on PART`".to_owned(),
+                "expected `part NAME = DEVICE`, `place NAME, .. on PART` or `link free-running`"
+                    .to_owned(),
             ));
         }
     }

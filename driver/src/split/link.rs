@@ -1,5 +1,6 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
+use super::free::chip_ns;
 use super::{BuiltPart, PartDevice, RequestedPart, Split, has_time};
 use crate::built::OutputFile;
 use crate::codes;
@@ -8,15 +9,16 @@ use crate::stem::FileStem;
 use grafsynth_backend_c::{Package, cost};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Gather;
-use grafsynth_ir::division::{Division, PartNet, Shown};
+use grafsynth_ir::division::{Division, PartNet, Running, Shown};
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinOutput, PinRole};
-use grafsynth_ir::net::{InputId, Net, Transition};
+use grafsynth_ir::net::{InputId, Net, Transition, TransitionId};
 use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
-    self, Calls, ChipPins, ChipSignal, CpuNames, Link, Object, Timing, calls, check, files,
-    round_cycles, smallest_program, wiring_md, wiring_rows, wiring_svg,
+    self, Calls, ChipPins, ChipSignal, CpuNames, Link, OSCILLATOR_HZ, Object, SYNCHRONISERS,
+    Timing, calls, check, files, round_cycles, smallest_program, wiring_md, wiring_rows,
+    wiring_svg,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -72,7 +74,7 @@ pub fn link(
     stem: &FileStem,
 ) -> Result<Linked, Vec<Diagnostic>> {
     let linked = link_parts(net, (&split.division, &split.parts), parts, stem)?;
-    let late = deadlines(net, &linked.round);
+    let late = deadlines(net, split, &linked.round);
     if late.is_empty() { Ok(linked) } else { Err(late) }
 }
 
@@ -193,15 +195,31 @@ pub fn rounded(ns: u64) -> String {
     format!("{}.{} us", tenths / 10, tenths % 10)
 }
 
-/// The deadlines that a lockstep split does not meet.
-fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
-    let late = |transition: &Transition| {
+/// The deadlines that a split does not meet.
+fn deadlines(net: &Net, split: &Split, round: &Result<Round, String>) -> Vec<Diagnostic> {
+    let is_free = split.division.running == Running::Free;
+    let late = |(id, transition): (TransitionId, &Transition)| {
+        let owner = split.division.owners.transitions[id];
+        if is_free && owner + 1 < split.division.parts.len() {
+            let (needs, deadline) = (chip_ns(), transition.deadline_ns?);
+            return (needs > deadline).then(|| {
+                let message = format!(
+                    "`{}` has a deadline of {}, but up to {} pass from a pin of its chip to its outputs, with {SYNCHRONISERS} synchronisers and a clock of {} MHz",
+                    transition.name,
+                    duration(deadline),
+                    rounded(needs),
+                    OSCILLATOR_HZ / 1_000_000
+                );
+                Diagnostic::error(DEADLINE, message).at(transition.meta.span, "has a deadline").help("make it longer")
+            });
+        }
         let deadline = transition.deadline_ns?;
         let (name, wanted) = (&transition.name.text, duration(deadline));
         let message = match round {
             Ok(round) if round.pin_to_pin_ns <= deadline => return None,
             Ok(round) => format!(
-                "`{name}` has a deadline of {wanted}, but in lockstep up to {} pass from pin to pin: a change waits for the next reaction, and a reaction takes up to {}",
+                "`{name}` has a deadline of {wanted}, but {} up to {} pass from pin to pin: a change waits for the next reaction, and a reaction takes up to {}",
+                if is_free { "on the CPU" } else { "in lockstep" },
                 rounded(round.pin_to_pin_ns),
                 rounded(round.ns)
             ),
@@ -214,7 +232,7 @@ fn deadlines(net: &Net, round: &Result<Round, String>) -> Vec<Diagnostic> {
             .help("make it longer, choose a faster CPU, or place less work on the CPU");
         Some(found)
     };
-    net.transitions.values().filter_map(late).collect()
+    net.transitions.iter().filter_map(late).collect()
 }
 
 /// The pins of a fitted chip, with the meanings of their signals.
@@ -249,6 +267,17 @@ fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
         if let PinRole::Output(id, bit) = output.role {
             let (name, pin) = (output.name.clone(), pin_of(&output.name)?);
             pins.signals.push(ChipSignal { name, pin, object: Object::Output(id), bit });
+        }
+    }
+    for chain in &chip.chains {
+        if let Some(input) = chip.circuit.inputs.get(chain.input) {
+            pins.synchronisers.insert(pin_of(&input.name)?, chain.flops.len());
+        }
+    }
+    for output in chip.circuit.outputs.values() {
+        let is_flop = matches!(chip.circuit.nodes[output.value], Node::Flop(_));
+        if output.registered.is_some() || is_flop {
+            pins.registered.extend(pin_of(&output.name));
         }
     }
     let clock = chip.signals.iter().find(|signal| signal.kind == Kind::Clock);

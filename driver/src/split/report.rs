@@ -17,7 +17,7 @@ pub fn report(
     (split, linked): (&Split, &Linked),
     request: &Request<'_>,
     summary: &[String],
-    joined: (&'static str, &str),
+    joined: (&'static str, &[String]),
 ) -> Document {
     let subject = Subject { net, split, linked, request };
     let label = net.parts.values().next().map_or("", |part| part.meta.label.as_str());
@@ -88,13 +88,13 @@ impl Subject<'_> {
         Block::Table(table)
     }
 
-    fn proofs(&self, (word, text): (&'static str, &str)) -> Vec<Block> {
+    fn proofs(&self, (word, said): (&'static str, &[String])) -> Vec<Block> {
         let lines = self.split.parts.iter().flat_map(|part| &part.built.lines);
         let mut items: Vec<ListItem> = lines.map(of_line).collect();
         let name = Inline::Strong("joined parts".to_owned());
         items.push(ListItem {
             text: Rich::say("{}: ", [name]).and(Rich::verdict(word)),
-            parts: vec![Rich::message(text)],
+            parts: said.iter().map(|line| Rich::message(line.clone())).collect(),
         });
         vec![Block::List(items)]
     }

@@ -6,6 +6,7 @@
 //! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
 //! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
+use super::free::late_on_cpu;
 use super::link::link_parts;
 use super::memory::{Memory, memory};
 use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
@@ -58,6 +59,7 @@ pub(super) fn search(
         net,
         groups,
         request,
+        late: late_on_cpu(net, groups, request),
         unfit: 0,
         builds: 0,
         last: Vec::new(),
@@ -71,6 +73,8 @@ struct Search<'a> {
     net: &'a Valid<Net>,
     groups: &'a Groups,
     request: &'a Request<'a>,
+    /// The decisions with which a deadline is missed in any case.
+    late: Vec<Forbidden>,
     unfit: usize,
     builds: usize,
     /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
@@ -113,7 +117,7 @@ impl Search<'_> {
     /// The first partition from estimates that fits; `Ok(Err(_))` if there is none.
     fn by_estimates(&mut self) -> Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>> {
         let mut specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
-        let mut excluded: Vec<Forbidden> = Vec::new();
+        let mut excluded = self.late.clone();
         for _ in 0..MOST_ESTIMATES {
             let partition = match self.best(&specs, Count::Estimate, &excluded) {
                 Ok(partition) => partition,
@@ -145,7 +149,7 @@ impl Search<'_> {
     ) -> Result<Fitted, Vec<Diagnostic>> {
         let first = first?;
         let specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
-        let mut excluded: Vec<Forbidden> = Vec::new();
+        let mut excluded = self.late.clone();
         let (mut best, estimated) = match first {
             Ok(fitted) => (Some(fitted), None),
             Err(why @ (Unplaced::Conflict(_) | Unplaced::Unknown)) => (None, Some(why)),
@@ -191,7 +195,10 @@ impl Search<'_> {
                 let (unfit, builds) = (self.unfit, self.builds);
                 Ok(Fitted { bound: bound.min(best.value), unfit, builds, cuts, ..*best })
             }
-            None => Err(self.nothing_fits(estimated, ended, excluded.is_empty())),
+            None => {
+                let is_certain = excluded.len() == self.late.len();
+                Err(self.nothing_fits(estimated, ended, is_certain))
+            }
         }
     }
 

@@ -8,12 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use grafsynth_ir::Gather;
-use grafsynth_ir::division::{Division, PartIndex, Shown, Signal, Source};
+use grafsynth_ir::division::{Division, PartIndex, Running, Shown, Signal, Source};
 use grafsynth_ir::net::{
     Driver, Expr, InputId, InputKind, Leaf, Net, Output, OutputId, Property, PropertyLeaf,
     PropertyRole,
 };
 
+use super::free;
 use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, Direct, End, Link, Object, Put};
 
 /// Why the acts are not one round.
@@ -40,6 +41,14 @@ pub enum Why {
     Label(ConnectionIndex),
     /// An input that is wired to chips alone has an effect on more than their combinational outputs, is also passed on, or is not a pin of the plant.
     Latched(InputId),
+    /// An input of a chip that runs on its own does not pass through two synchronising flip-flops.
+    Unsynchronised(End),
+    /// A wire of a chip that runs on its own is not driven by a flip-flop.
+    Unregistered(End),
+    /// A chip that runs on its own has no clock, or something else has one.
+    Clock(End),
+    /// A resistor does not give a wire the level of row 0.
+    Pull(ConnectionIndex),
     /// An act names an unknown connection or object, or the wrong end of a connection.
     Unknown,
     /// An act is repeated.
@@ -83,6 +92,22 @@ impl fmt::Display for Breach {
                 "input {} is wired to chips alone, but must be latched by the CPU",
                 input.index() + 1
             ),
+            Why::Unsynchronised(end) => {
+                write!(
+                    f,
+                    "{end} does not pass through {} synchronising flip-flops",
+                    free::SYNCHRONISERS
+                )
+            }
+            Why::Unregistered(end) => write!(f, "{end} is not driven by a flip-flop"),
+            Why::Clock(end) => write!(f, "{end} has no clock, or should have none"),
+            Why::Pull(at) => {
+                write!(
+                    f,
+                    "the resistor of connection {} does not give it the level of row 0",
+                    at + 1
+                )
+            }
             Why::Unknown => f.write_str("unknown connection or object"),
             Why::Again => f.write_str("it is repeated in this round"),
             Why::Early => f.write_str("it comes before an operation that it depends on"),
@@ -109,7 +134,7 @@ impl fmt::Display for End {
 
 /// The value on a pin or in a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Value {
+pub(super) enum Value {
     /// The value of an earlier round, or no value.
     Old,
     /// A bit of an input of the net, latched in this round.
@@ -127,6 +152,7 @@ enum Value {
 }
 
 /// Checks that the acts of a link make one round of the division of a net (semantics §10.3), and that only inputs without an effect on states and wires bypass the CPU.
+/// If the parts run on their own, checks that each line of §10.7 is wired, synchronised and served by the CPU.
 ///
 /// # Errors
 /// The first rule that is broken.
@@ -136,6 +162,9 @@ pub fn check(
     division: &Division,
     chips: &[ChipPins],
 ) -> Result<(), Breach> {
+    if division.running == Running::Free {
+        return free::check(link, net, division, chips);
+    }
     let nowhere = |why| Breach { at: None, why };
     let mut run = Run::new(link, net, division, chips).map_err(nowhere)?;
     for (at, act) in link.acts.iter().enumerate() {
@@ -497,10 +526,10 @@ fn is_timed(part: &Net, input: InputId) -> bool {
 }
 
 /// The values of pins.
-type Pins = BTreeMap<End, Value>;
+pub(super) type Pins = BTreeMap<End, Value>;
 
 /// What each input pin of the chips expects, and what each output pin shows.
-fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins), Why> {
+pub(super) fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins), Why> {
     let (mut wanted, mut shown) = (Pins::new(), Pins::new());
     let mut used = BTreeSet::new();
     for (part, chip) in chips.iter().enumerate() {
@@ -545,7 +574,7 @@ fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(Pins, Pins),
 }
 
 /// The value that a connection should carry, by its label.
-fn label(carries: Carries) -> Value {
+pub(super) fn label(carries: Carries) -> Value {
     match carries {
         Carries::Clock => Value::Clock,
         Carries::Tick => Value::Tick,

@@ -2,6 +2,7 @@
 
 use grafsynth_c::storage;
 use grafsynth_ir::Gather;
+use grafsynth_ir::division::Running;
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::Type;
@@ -163,6 +164,15 @@ impl<'l> Text<'l> {
 
     fn header(&self) -> String {
         let (name, upper) = (&self.request.name, self.request.name.to_uppercase());
+        let is_free = self.request.division.running == Running::Free;
+        let about = match is_free {
+            true => {
+                "One reaction of the part on the CPU: reads the wires of the other parts, reacts, shows its own. The chips run on their own meanwhile."
+            }
+            false => {
+                "One reaction of the chart on all parts. When it returns, the outputs of the chips have settled."
+            }
+        };
         let mut text = format!(
             "/* {name}_link: the chart {chart} on a CPU ({cpu}) and chips. Do not edit: it is regenerated from the chart. */\n\
              #ifndef {upper}_LINK_H\n#define {upper}_LINK_H\n\n#include \"{header}\"\n\n#include <stdbool.h>\n#include <stdint.h>\n\n\
@@ -173,14 +183,17 @@ impl<'l> Text<'l> {
         );
         if !self.members.is_empty() {
             text += &format!(
-                "/* The inputs of the chart. A round reads each of them once. */\ntypedef struct {{\n{}}} {name}_link_in_t;\n\n",
+                "/* The inputs of the {}. A {} reads each of them once. */\ntypedef struct {{\n{}}} {name}_link_in_t;\n\n",
+                if is_free { "part on the CPU" } else { "chart" },
+                if is_free { "reaction" } else { "round" },
                 self.struct_of_inputs()
             );
         }
         text += &format!(
             "/* Sets the directions of the pins, waits until the chips are in their initial states, and resets the part on the CPU. The chips must have been\n \
-             * powered off since their last round: a reset of the CPU alone does not reset them. */\n\
+             * powered off since {}: a reset of the CPU alone does not reset them. */\n\
              void {name}_link_init({});\n\n",
+            if is_free { "the CPU ran last" } else { "their last round" },
             self.parameters(false)
         );
         let ticks = if self
@@ -194,7 +207,7 @@ impl<'l> Text<'l> {
             ""
         };
         text += &format!(
-            "/* One reaction of the chart on all parts. When it returns, the outputs of the chips have settled. Not reentrant; no interrupt may use its pins.{ticks} */\n\
+            "/* {about} Not reentrant; no interrupt may use its pins.{ticks} */\n\
              void {name}_link_round({});\n\n#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
             self.parameters(true)
         );
@@ -204,8 +217,12 @@ impl<'l> Text<'l> {
     fn source(&self) -> String {
         let (name, upper) = (&self.request.name, self.request.name.to_uppercase());
         let cpu = &self.request.names;
+        let what = match self.request.division.running {
+            Running::Lockstep => "one round of the parts",
+            Running::Free => "one reaction of the part on the CPU",
+        };
         let mut text = format!(
-            "/* {name}_link: one round of the parts, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
+            "/* {name}_link: {what}, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
              #include \"{name}_link.h\"\n#include \"{name}_link_pins.h\"\n\n"
         );
         text += &format!(

@@ -3,11 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Diagnostic;
-use grafsynth_ir::division::{Division, PartIndex, PartNet, Shown, Signal, Source, rounds_of};
+use grafsynth_ir::Gather;
+use grafsynth_ir::division::{
+    Division, PartIndex, PartNet, Running, Shown, Signal, Source, rounds_of,
+};
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{Expr, InputId, Leaf, Net, OutputId};
 
+use super::free;
 use super::{
     Act, Carries, ChipSignal, Connection, ConnectionIndex, Direct, End, Link, Object, Put, Request,
     Start,
@@ -24,8 +28,13 @@ use crate::direct;
 /// # Errors
 /// An unknown pin or connection in the request, or one that is used twice; a signal without a pin on a chip; more signals than the CPU has pins.
 pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
-    let mut maker =
-        Maker { request, connections: Vec::new(), direct: Vec::new(), findings: Vec::new() };
+    let mut maker = Maker {
+        request,
+        connections: Vec::new(),
+        direct: Vec::new(),
+        oscillator: Vec::new(),
+        findings: Vec::new(),
+    };
     maker.connect();
     if maker.findings.is_empty() {
         maker.assign_pins();
@@ -33,9 +42,17 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     if !maker.findings.is_empty() {
         return Err(maker.findings);
     }
-    let acts = acts(request, &maker.connections);
+    let running = request.division.running;
+    let acts = match running {
+        Running::Lockstep => acts(request, &maker.connections),
+        Running::Free => free::acts(request, &maker.connections),
+    };
     let starts = |(at, one): (ConnectionIndex, &Connection)| {
         let level = one.pull?;
+        if running == Running::Free {
+            // Its resistor gives it the level of row 0.
+            return None;
+        }
         if let Carries::Wire(signal @ Signal::Active(_)) = one.carries {
             let wire = request.division.wires.iter().find(|wire| wire.signal == signal)?;
             return Some((at, Start::Output(wire.output)));
@@ -44,9 +61,10 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
         (start != level).then_some((at, Start::Level(start)))
     };
     let start = maker.connections.iter().enumerate().filter_map(starts).collect();
-    let most_rounds = rounds_of(request.net).map(|limit| limit.saturating_add(1));
-    let Maker { connections, direct, .. } = maker;
-    Ok(Link { connections, direct, acts, most_rounds, start })
+    let rounds = rounds_of(request.net).filter(|_| running == Running::Lockstep);
+    let most_rounds = rounds.map(|limit| limit.saturating_add(1));
+    let Maker { connections, direct, oscillator, .. } = maker;
+    Ok(Link { connections, direct, oscillator, acts, most_rounds, start })
 }
 
 /// A placeholder for a pin of the CPU that is not chosen yet; no package has a pin 0.
@@ -56,6 +74,7 @@ struct Maker<'r> {
     request: &'r Request<'r>,
     connections: Vec<Connection>,
     direct: Vec<Direct>,
+    oscillator: Vec<End>,
     findings: Vec<Diagnostic>,
 }
 
@@ -88,8 +107,13 @@ impl Maker<'_> {
             all.filter_map(|(part, chip)| Some(End { part, pin: pin(chip)? })).collect()
         };
         let mut namer = Namer::new(&C);
-        self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
-        self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
+        match self.division().running {
+            Running::Lockstep => {
+                self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
+                self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
+            }
+            Running::Free => self.oscillator = ends(&|chip| chip.clock),
+        }
         self.connect_inputs(&mut namer);
         self.connect_wires(&mut namer);
         self.connect_moves(&mut namer);
@@ -102,7 +126,7 @@ impl Maker<'_> {
             return;
         }
         let from = End { part: self.cpu(), pin: NO_PIN };
-        let pull = Some(level_in_reset(self.request.net, carries));
+        let pull = Some(level_in_reset(self.request, carries));
         self.connections.push(Connection { name: namer.name(name), carries, from, to, pull });
     }
 
@@ -131,7 +155,10 @@ impl Maker<'_> {
                 ends.entry((input, signal.bit)).or_default().push(End { part, pin: signal.pin });
             }
         }
-        let direct = direct::direct(request.net, request.division, request.chips);
+        let direct = match request.division.running {
+            Running::Lockstep => direct::direct(request.net, request.division, request.chips),
+            Running::Free => request.net.inputs.ids().gather(),
+        };
         for ((input, bit), to) in ends {
             let declared = &request.net.inputs[input];
             let name = bit_name(&declared.name.text, declared.ty.is_bool(), bit);
@@ -317,8 +344,14 @@ fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
 }
 
 /// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that can cause the emergency on its own has the level that
-/// causes it, so that the outputs of the chips are safe.
-fn level_in_reset(net: &Net, carries: Carries) -> bool {
+/// causes it, so that the outputs of the chips are safe. A chip that runs on its own must see the state of the CPU after reset.
+fn level_in_reset(request: &Request<'_>, carries: Carries) -> bool {
+    let net = request.net;
+    if let (Running::Free, Carries::Wire(Signal::Active(step))) =
+        (request.division.running, carries)
+    {
+        return net.steps[step].is_initial;
+    }
     let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else {
         return false;
     };

@@ -9,9 +9,13 @@
 //!
 //! One clock signal clocks all chips. The parts receive their inputs through the CPU, which latches them; only an input that the CPU does not read, and that nothing but
 //! combinational outputs of chips depend on, is wired to the chips alone.
+//!
+//! If the parts run on their own (semantics §10.7), each chip has a clock and the inputs of the plant itself, and the acts are those of a reaction of the CPU: it
+//! reads the wires of the others, reacts, and shows its own. Then `free` checks them.
 
 mod check;
 mod files;
+mod free;
 mod make;
 mod pins_text;
 mod time;
@@ -26,8 +30,9 @@ use crate::cpu::Cpu;
 
 pub use check::{Breach, Why, check};
 pub use files::{Calls, File, calls, files, smallest_program, smallest_program_alone};
+pub use free::{OSCILLATOR_HZ, SYNCHRONISERS};
 pub use make::link;
-pub use time::round_cycles;
+pub use time::{least_cycles, round_cycles};
 pub use wiring::{wiring_md, wiring_rows, wiring_svg};
 
 /// The input of [`link`].
@@ -80,6 +85,10 @@ pub struct ChipPins {
     pub tick: Option<u32>,
     /// The inputs of the part on which a flip-flop or a wire of the fitted chip depends.
     pub held: BTreeSet<InputId>,
+    /// The number of flip-flops through which each input pin passes first, if there are any.
+    pub synchronisers: BTreeMap<u32, usize>,
+    /// The output pins that a flip-flop drives.
+    pub registered: BTreeSet<u32>,
     /// Pins that are connected to ground: they enable outputs while they are low.
     pub grounded: Vec<u32>,
 }
@@ -258,9 +267,11 @@ pub enum Act {
 pub struct Link {
     /// Clock, tick, inputs, wires, outputs to the plant.
     pub connections: Vec<Connection>,
-    /// The inputs that are wired to chips alone.
+    /// The inputs that are wired to chips alone; if the parts run on their own, all inputs of chips, which the CPU may read too.
     pub direct: Vec<Direct>,
-    /// One round, in order.
+    /// The pins that get a clock of their own, if the parts run on their own.
+    pub oscillator: Vec<End>,
+    /// One round, in order; if the parts run on their own, one reaction of the CPU.
     pub acts: Vec<Act>,
     /// The maximum number of rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after
     /// the first one are without time and events.

@@ -57,3 +57,10 @@ pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
     });
     Some(u64::from(cycles.call) + acts.sum::<u64>())
 }
+
+/// A lower bound on the cycles of a reaction of any part on this CPU: the call of the function, with one pin. `None` if no time can be stated.
+#[must_use]
+pub fn least_cycles(cpu: &Cpu) -> Option<u64> {
+    let cycles = cpu.link_cycles?;
+    Some(u64::from(cycles.call) + u64::from(cycles.act))
+}

@@ -1,8 +1,10 @@
 //! `NAME_wiring.md` and `NAME_wiring.svg`: the connections from pin to pin.
 
+use grafsynth_ir::division::Running;
 use grafsynth_ir::markup::escape;
 use std::fmt::Write;
 
+use super::free::OSCILLATOR_HZ;
 use super::{Carries, Connection, End, Link, Request};
 
 /// The wiring as a table: each connection with its pins, and the resistors.
@@ -44,6 +46,10 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
         text,
         "\nFree pins of the CPU, for the inputs and outputs of the plant: {free}.\n"
     );
+    if request.division.running == Running::Free {
+        text += &on_their_own(link);
+        return text;
+    }
     text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n\
              The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
              ";
@@ -54,6 +60,23 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
          The inputs that the table connects from the plant to chips are not connected to the CPU, which does not read them. Only outputs of these chips depend on them, and\n\
          follow them at any time, also between two rounds and before the first one. Such an input has the value of the moment in which a round ends.\n"
     };
+    text
+}
+
+/// The instructions for parts that run on their own.
+fn on_their_own(link: &Link) -> String {
+    let mut text = format!(
+        "Each chip has a clock of its own: connect an oscillator of {} MHz to the clock pins in the table. With another one, which the chip must allow, its reactions take other times.\n",
+        OSCILLATOR_HZ / 1_000_000
+    );
+    if !link.direct.is_empty() {
+        text += "Connect each input of the plant to the chips in the table and, if the part on the CPU reads it, also to a pin of the CPU, which your program reads.\n";
+    }
+    if link.connections.iter().any(|one| one.pull.is_some()) {
+        text += "The resistors give the wires from the CPU their first levels while the CPU is in reset.\n";
+    }
+    text += "The parts start in their initial states at power-up. A reset of the CPU alone does not reset the chips: turn the power of all parts off and on together.\n\
+             All inputs must be 0 until all parts have started. Later, one input at a time may change (docs/split.md, Free-running chips).\n";
     text
 }
 
@@ -75,6 +98,11 @@ pub fn wiring_rows(request: &Request<'_>, link: &Link) -> Vec<[String; 5]> {
         };
         let carried = carried(request, one.carries);
         rows.push([one.name.clone(), carried, ends(&[one.from]), ends(&one.to), resistor]);
+    }
+    if !link.oscillator.is_empty() {
+        let carried = carried(request, Carries::Clock);
+        let clock = "oscillator".to_owned();
+        rows.push([clock.clone(), carried, clock, ends(&link.oscillator), none()]);
     }
     for one in &link.direct {
         let carries = Carries::Input { input: one.input, bit: one.bit };
@@ -166,6 +194,10 @@ pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
                 outside(&mut body, end.pin, &format!("← {}: the plant", escape(&one.name)), y);
                 y += ROW;
             }
+        }
+        for end in link.oscillator.iter().filter(|end| end.part == part) {
+            outside(&mut body, end.pin, "← oscillator", y);
+            y += ROW;
         }
         for (_, pin) in grounded(request).filter(|(at, _)| *at == part) {
             outside(&mut body, pin, "← ground", y);
