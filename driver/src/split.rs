@@ -36,8 +36,8 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Leaf, Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_split::codes::APART;
-use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::cpu::{CPUS, Cpu};
+use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
 use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
@@ -273,6 +273,8 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
             options.device = Some(device.name.to_owned());
             if request.running == Running::Free {
                 options.synchronise = SYNCHRONISERS as u32;
+                // A reaction of several clocks would take longer than its stated time.
+                options.busy = pipeline::BusyMode::Never;
             }
             // The link needs the pins, which the data of the report contain.
             options.report = true;

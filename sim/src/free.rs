@@ -79,19 +79,22 @@ impl<'n> FreeParts<'n> {
         FreeParts { net, division, parts, wires: wires.collect(), outputs, steps }
     }
 
-    /// All parts after reset, with inputs 0. A wire has the level of its step before anything ran; if its part shows another one in row 0, that is a change.
+    /// All parts after reset, with inputs 0. The flip-flops that synchronise the inputs of a chip start at 0, so a wire that is 1 then is a change under way. The last part
+    /// is the CPU: it starts when the chips show their first states.
     #[must_use]
     pub fn reset(&mut self) -> Moment {
+        let cpu = self.parts.len().saturating_sub(1);
         let mut parts = Vec::new();
-        for (simulator, part) in self.parts.iter_mut().zip(&self.division.parts) {
+        let all = self.parts.iter_mut().zip(&self.division.parts).enumerate();
+        for (at, (simulator, part)) in all {
             let row = simulator.reset();
             let lines = part.inputs.values().map(|source| {
                 let taken = match *source {
                     Source::Input(id) => self.net.inputs[id].ty.saturate(0),
-                    Source::Wire(Signal::Active(step)) => {
+                    Source::Wire(Signal::Active(step)) if at == cpu => {
                         i64::from(self.net.steps[step].is_initial)
                     }
-                    Source::Wire(Signal::Fires(_)) => 0,
+                    Source::Wire(Signal::Active(_) | Signal::Fires(_)) => 0,
                 };
                 Line { taken, under_way: Vec::new() }
             });

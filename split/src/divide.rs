@@ -260,7 +260,8 @@ struct Copier<'n> {
     owners: &'n Owners,
     part: PartIndex,
     wires: &'n BTreeMap<Signal, String>,
-    /// True for a chip with a clock of its own: its inputs change at any time, and a flip-flop drives each of its wires, so that no one reads a wire in between.
+    /// True for a chip with a clock of its own: its inputs change at any time, and a flip-flop drives each wire and each output that depends on an input, so that they
+    /// change only with its reactions.
     is_clocked: bool,
     /// The name of the output that shows that a transition of the part fires, if it has one.
     moves: Option<String>,
@@ -367,6 +368,10 @@ impl<'n> Copier<'n> {
         for id in self.new.outputs.keys() {
             let mut output = net.outputs[*id].clone();
             output.driver = self.driver(&output.driver);
+            // Between two clocks, a new input must not be shown together with the old situation.
+            output.registered |= self.is_clocked
+                && matches!(output.driver, Driver::Continuous(_))
+                && output.driver.exprs().any(reads_inputs);
             part.outputs.push(output);
         }
         let mut outputs: Vec<Shown> =
@@ -555,6 +560,11 @@ impl<'n> Copier<'n> {
             Leaf::Controlled(id) => Leaf::Controlled(self.at(&new.actions, id)),
         })
     }
+}
+
+/// True if an expression reads an input or a wire, also through an edge.
+fn reads_inputs(expr: &Expr) -> bool {
+    expr.leaves().any(|leaf| matches!(leaf, Leaf::Input(_) | Leaf::Rise(_) | Leaf::Fall(_)))
 }
 
 /// An output for other parts.

@@ -237,6 +237,10 @@ struct Finder<'n> {
 impl Finder<'_> {
     fn unsupported(&self) -> Result<(), Vec<Diagnostic>> {
         let net = self.net;
+        if self.running == Running::Free {
+            let findings = not_on_their_own(net);
+            return if findings.is_empty() { Ok(()) } else { Err(findings) };
+        }
         let mut findings = Vec::new();
         let mut refuse = |what: &str, help: &str, span| {
             findings.push(
@@ -245,9 +249,7 @@ impl Finder<'_> {
                     .help(help),
             );
         };
-        if self.running == Running::Free {
-            on_their_own(net, &mut refuse);
-        } else if net.settings.policy.is_statechart() {
+        if net.settings.policy.is_statechart() {
             let is_last =
                 |step: &Step| matches!(step.kind, StepKind::Final) && step.parent.is_none();
             for step in net.steps.values().filter(|step| is_last(step)) {
@@ -415,6 +417,22 @@ impl Finder<'_> {
     fn output(&mut self, id: OutputId, driver: &Driver) {
         let net = self.net;
         let item = Item::Output(id);
+        if self.running == Running::Free {
+            let conditions =
+                |id: ActionId| net.actions[id].uses.iter().filter_map(|one| one.condition.as_ref());
+            let why = match driver {
+                Driver::Mealy(_) => Some(
+                    "it is a mealy output, which a free-running chip shows before its reaction",
+                ),
+                Driver::Controlled(action) if conditions(*action).any(|it| !it.is_true()) => Some(
+                    "it is controlled with a condition, which a free-running chip shows between its reactions",
+                ),
+                _ => None,
+            };
+            if let Some(why) = why {
+                self.cpu.insert(item, why);
+            }
+        }
         driver.exprs().for_each(|expr| self.expr(item, expr));
         match driver {
             Driver::Stored(var) => self.bond(item, Item::Var(*var), Why::Drives),
@@ -583,37 +601,38 @@ impl Finder<'_> {
 /// Why a free-running chip cannot have something.
 const NO_TICK: &str = "it measures time, and a free-running chip has no tick";
 
-/// Refuses what has no meaning if each part makes reactions of its own: a number of reactions, and a reaction in which several things happen at once.
-fn on_their_own(net: &Net, refuse: &mut impl FnMut(&str, &str, Span)) {
-    let help = "split it without `--link free-running`, or build the chart for one chip or one CPU with `build`";
-    let mut refuse = |what: &str, span| {
-        refuse(&format!("{what} and parts that run on their own"), help, span);
-    };
+/// What has no meaning if each part makes reactions of its own: what depends on the number of reactions, or happens in one reaction of the whole.
+fn not_on_their_own(net: &Net) -> Vec<Diagnostic> {
+    let mut found: Vec<(String, Span)> = Vec::new();
     if net.settings.policy.is_statechart() {
-        refuse("a statechart", net.name.span);
+        found.push(("a statechart".to_owned(), net.name.span));
     }
     if let Some(emergency) = &net.emergency {
-        refuse("a chart with `emergency`", emergency.condition.span);
+        found.push(("a chart with `emergency`".to_owned(), emergency.condition.span));
     }
     for input in net.inputs.values() {
-        match input.kind {
-            InputKind::Pin | InputKind::InternalEvent => {}
-            InputKind::Event => {
-                refuse(&format!("a chart with the event `{}`", input.name), input.meta.span);
-            }
-            InputKind::Extern => {
-                let what = format!("a chart with the extern condition `{}`", input.name);
-                refuse(&what, input.meta.span);
-            }
-        }
+        let kind = match input.kind {
+            InputKind::Pin | InputKind::InternalEvent => continue,
+            InputKind::Event => "event",
+            InputKind::Extern => "extern condition",
+        };
+        found.push((format!("a chart with the {kind} `{}`", input.name), input.meta.span));
     }
     for output in net.outputs.values().filter(|output| output.is_extern()) {
-        refuse(&format!("a chart with the extern action `{}`", output.name), output.meta.span);
+        let what = format!("a chart with the extern action `{}`", output.name);
+        found.push((what, output.meta.span));
     }
     let of_steps = net.steps.values().filter(|step| !step.code.is_empty());
     let of_lists = net.statements().filter(|stmt| matches!(stmt.kind, StmtKind::Code(_)));
-    let code = of_steps.map(|step| step.meta.span).chain(of_lists.map(|stmt| stmt.span));
-    code.take(1).for_each(|span| refuse("text in the target language", span));
+    let mut code = of_steps.map(|step| step.meta.span).chain(of_lists.map(|stmt| stmt.span));
+    found.extend(code.next().map(|span| ("text in the target language".to_owned(), span)));
+    let refuse = |(what, span): (String, Span)| {
+        let message = format!("{what} cannot be split into parts that run on their own");
+        Diagnostic::error(codes::UNSUPPORTED, message)
+            .at(span, "")
+            .help("leave `--link free-running` out: in lockstep, the CPU clocks the chips")
+    };
+    found.into_iter().map(refuse).collect()
 }
 
 /// All enclosing, enclosed, forcing and forced steps.

@@ -78,6 +78,7 @@ fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
     let request = Request {
         parts: &parts(),
         places: &places,
+        running: Running::Lockstep,
         objective: Objective::Cycles,
         fits: 1,
         stem: &stem,

@@ -23,6 +23,7 @@ mod engines;
 mod evaluators;
 mod facts;
 mod frame;
+mod free_running;
 mod hostile;
 mod iec;
 mod iec_round_trip;

@@ -280,6 +280,13 @@ fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
             pins.registered.extend(pin_of(&output.name));
         }
     }
+    // That circuit has no synchronisers, whose outputs change between two reactions.
+    for output in chip.read_back.outputs.values().filter(|output| output.registered.is_none()) {
+        if !inputs_of(&chip.read_back, [output.value].into_iter()).is_empty() {
+            let same = chip.circuit.outputs.values().find(|one| one.role == output.role);
+            pins.following.extend(same.map(|one| pin_of(&one.name)).transpose()?);
+        }
+    }
     let clock = chip.signals.iter().find(|signal| signal.kind == Kind::Clock);
     pins.clock = clock.and_then(|signal| signal.pin);
     Ok(pins)
@@ -296,9 +303,14 @@ fn held(logic: &Logic, part: &PartNet) -> BTreeSet<InputId> {
         is_of_plant && output.registered.is_none() && !output.mealy
     };
     let outputs = logic.outputs.values().filter(|output| !is_plain(output));
-    let mut open: Vec<NodeId> = logic.flops.values().map(|flop| flop.next).collect();
-    open.extend(outputs.map(|output| output.value));
-    let (mut seen, mut held) = (BTreeSet::new(), BTreeSet::new());
+    let next = logic.flops.values().map(|flop| flop.next);
+    inputs_of(logic, next.chain(outputs.map(|output| output.value)))
+}
+
+/// The inputs on which functions of a circuit depend without a flip-flop in between.
+fn inputs_of(logic: &Logic, functions: impl Iterator<Item = NodeId>) -> BTreeSet<InputId> {
+    let mut open: Vec<NodeId> = functions.collect();
+    let (mut seen, mut found) = (BTreeSet::new(), BTreeSet::new());
     while let Some(node) = open.pop() {
         if !seen.insert(node) {
             continue;
@@ -307,7 +319,7 @@ fn held(logic: &Logic, part: &PartNet) -> BTreeSet<InputId> {
             Node::Const(_) | Node::Flop(_) => {}
             Node::Input(input) => {
                 if let PinRole::Input(id, _) = logic.inputs[*input].role {
-                    held.insert(id);
+                    found.insert(id);
                 }
             }
             Node::Not(one) => open.push(*one),
@@ -316,7 +328,7 @@ fn held(logic: &Logic, part: &PartNet) -> BTreeSet<InputId> {
             Node::Mux(one, then, otherwise) => open.extend([one, then, otherwise]),
         }
     }
-    held
+    found
 }
 
 /// The interface of the C of the last part.

@@ -45,6 +45,8 @@ pub enum Why {
     Unsynchronised(End),
     /// A wire of a chip that runs on its own is not driven by a flip-flop.
     Unregistered(End),
+    /// An output of a chip that runs on its own follows an input between two reactions.
+    Follows(End),
     /// A chip that runs on its own has no clock, or something else has one.
     Clock(End),
     /// A resistor does not give a wire the level of row 0.
@@ -100,6 +102,7 @@ impl fmt::Display for Breach {
                 )
             }
             Why::Unregistered(end) => write!(f, "{end} is not driven by a flip-flop"),
+            Why::Follows(end) => write!(f, "{end} follows an input between two reactions"),
             Why::Clock(end) => write!(f, "{end} has no clock, or should have none"),
             Why::Pull(at) => {
                 write!(

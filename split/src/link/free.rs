@@ -8,7 +8,7 @@
 //! ```
 //!
 //! The proof of §10.7 holds for any delays, so the check asks for nothing about times. It asks that every line starts and ends where the model has it, that an input of a
-//! chip passes through two flip-flops before anything reads it, and that the CPU reads each wire once before a reaction and shows each of its own after it.
+//! chip passes through two flip-flops before anything reads it, that its outputs change only with its reactions, and that the CPU reads each wire once before a reaction and shows each of its own after it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -101,6 +101,9 @@ fn lines(link: &Link, net: &Net, division: &Division, chips: &[ChipPins]) -> Res
             let is_registered = chip.is_some_and(|chip| chip.registered.contains(&one.from.pin));
             if matches!(value, Value::Wire(_)) && !is_registered {
                 return Err(Why::Unregistered(one.from));
+            }
+            if chip.is_none_or(|chip| chip.following.contains(&one.from.pin)) {
+                return Err(Why::Follows(one.from));
             }
         }
         one.to.iter().try_for_each(|end| reach(*end, value))?;
@@ -244,6 +247,7 @@ impl Reaction<'_> {
         let mut own = self.link.connections.iter().enumerate();
         let is_put = |at| self.done.contains(&Once::Put(at));
         let all_put = own.all(|(at, one)| one.from.part != cpu || is_put(at));
-        (self.done.contains(&Once::React) && all_put).then_some(()).ok_or(Why::Missing)
+        let has_reacted = [Once::Latch, Once::React].iter().all(|one| self.done.contains(one));
+        (has_reacted && all_put).then_some(()).ok_or(Why::Missing)
     }
 }

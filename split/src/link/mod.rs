@@ -89,6 +89,8 @@ pub struct ChipPins {
     pub synchronisers: BTreeMap<u32, usize>,
     /// The output pins that a flip-flop drives.
     pub registered: BTreeSet<u32>,
+    /// The output pins that depend on an input other than through flip-flops that store the state.
+    pub following: BTreeSet<u32>,
     /// Pins that are connected to ground: they enable outputs while they are low.
     pub grounded: Vec<u32>,
 }
