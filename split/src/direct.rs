@@ -12,6 +12,7 @@ use grafsynth_ir::net::{
 };
 
 use crate::link::ChipPins;
+use crate::pieces::reads;
 
 /// For each input that may be wired to chips alone, the inputs that must then be wired in the same way: an assumption is about levels at the same moment.
 pub(crate) fn candidates(net: &Net) -> BTreeMap<InputId, BTreeSet<InputId>> {
@@ -82,7 +83,7 @@ pub(crate) fn direct(net: &Net, division: &Division, chips: &[ChipPins]) -> BTre
         let held = chips.get(at).map(|chip| &chip.held);
         for (id, source) in part.inputs.iter() {
             if let Source::Input(input) = *source
-                && held.is_none_or(|held| held.contains(&id))
+                && held.map_or_else(|| reads(&part.net, id), |held| held.contains(&id))
             {
                 latched.insert(input);
             }

@@ -73,3 +73,9 @@ pub(crate) fn assumption(property: &Property, inputs: &Ids<Input>) -> Option<Pro
     });
     Some(property)
 }
+
+/// True if a net reads an input, or if it is an event or a function. The part of a statechart on the CPU has inputs that only chips read.
+pub(crate) fn reads(net: &Net, input: InputId) -> bool {
+    net.inputs[input].kind != InputKind::Pin
+        || net.expressions().flat_map(|expr| expr.leaves()).any(|leaf| leaf.input() == Some(input))
+}

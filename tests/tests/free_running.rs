@@ -217,7 +217,7 @@ fn random_division(net: &Valid<Net>, n_parts: usize) -> Division {
 /// A part with what it shows, as the co-simulation sees it.
 enum Piece<'a> {
     Chip { sim: LogicSim<'a>, logic: &'a Logic },
-    Cpu(Simulator<'a>),
+    Cpu(Box<Simulator<'a>>),
 }
 
 /// A value that may have changed so recently that a flip-flop stores the old one or the new one.
@@ -260,7 +260,7 @@ impl<'a> Bench<'a> {
         }
         let mut simulator = Simulator::new(&division.parts[cpu].net);
         simulator.reset();
-        pieces.push(Piece::Cpu(simulator));
+        pieces.push(Piece::Cpu(Box::new(simulator)));
         let mut periods: Vec<u64> = (0..cpu).map(|_| 2 + random.below(12) as u64).collect();
         periods.push(2 + random.below(40) as u64);
         let next = periods.iter().map(|period| 1 + random.below(*period as usize) as u64).collect();

@@ -9,7 +9,7 @@ use grafsynth_ir::arena::Id;
 use grafsynth_ir::division::{Division, PartNet, Source};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{Driver, Expr, InputId, Leaf, Net};
-use grafsynth_split::cpu::{CPUS, Cpu, HOST};
+use grafsynth_split::cpu::{CPUS, Cpu, Family, HOST};
 use grafsynth_split::link::{
     Act, Carries, ChipPins, ChipSignal, Connection, CpuNames, Direct, Link, Object, Put, Request,
     Timing, check, files, link, wiring_md, wiring_svg,
@@ -558,14 +558,16 @@ fn the_c_of_a_link_compiles_for_each_cpu() {
             }
             let folder = tempfile::tempdir().expect("it is there");
             write(folder.path(), &case, &request, &made);
-            let (compiler, flags): (&str, &[&str]) = match cpu.name {
-                "atmega328p" => ("avr-gcc", &["-mmcu=atmega328p", "-Os", "-c", "plant_link.c"]),
-                "attiny85" => ("avr-gcc", &["-mmcu=attiny85", "-Os", "-c", "plant_link.c"]),
-                "stm32f103" => (
+            let machine = format!("-mmcu={}", cpu.name);
+            let (compiler, flags): (&str, &[&str]) = match cpu.family {
+                Family::Avr => ("avr-gcc", &[machine.as_str(), "-Os", "-c", "plant_link.c"]),
+                Family::Stm32f1 => (
                     "arm-none-eabi-gcc",
                     &["-mcpu=cortex-m3", "-mthumb", "-Os", "-c", "plant_link.c"],
                 ),
-                _ => ("sdcc", &["-mmcs51", "--std-c99", "-c", "plant_link.c"]),
+                Family::Mcs51 | Family::Host => {
+                    ("sdcc", &["-mmcs51", "--std-c99", "-c", "plant_link.c"])
+                }
             };
             let strict: &[&str] = if compiler == "sdcc" { &[] } else { &STRICT };
             let flags: Vec<&str> = strict.iter().chain(flags).copied().collect();

@@ -70,6 +70,17 @@ struct Episode {
     tick: bool,
 }
 
+impl Episode {
+    /// The inputs of the plant before or after the change.
+    fn inputs(self, rest: &Rest, is_changed: bool) -> Vec<i64> {
+        let row = InputRow { dt: 0, values: rest.inputs.clone() };
+        match self.change {
+            Some((id, value)) if is_changed => row.with(id, value).values,
+            _ => row.values,
+        }
+    }
+}
+
 /// The parts and the net at rest.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Rest {
@@ -234,75 +245,76 @@ impl<'n> Search<'n> {
                 return Err(Stop::Open(Open::because(why)));
             }
         };
-        let point = Point {
+        let mut ways = Ways::new(Point {
             moment: rest.moment.clone(),
             change_left: episode.change.is_some(),
             tick_left: episode.tick,
             taken: vec![0; start.len()],
             runs: (0..runs.len() as u32).collect(),
-        };
-        let inputs = |is_changed: bool| {
-            let row = InputRow { dt: 0, values: rest.inputs.clone() };
-            match episode.change {
-                Some((id, value)) if is_changed => row.with(id, value).values,
-                _ => row.values,
-            }
-        };
-        let mut points: IndexMap<Point, Option<(usize, Event)>> = IndexMap::new();
-        points.insert(point, None);
-        let mut followers: Vec<Vec<(usize, usize)>> = Vec::new();
+        });
         let mut at = 0;
-        while let Some((point, _)) = points.get_index(at) {
-            let point = point.clone();
-            self.moments += 1;
-            if self.moments > self.limits.pairs {
-                let reason =
-                    OpenReason::Pairs { limit: self.limits.pairs, states: self.rests.len() };
-                return Err(Stop::Open(Open::because(reason)));
+        while let Some(point) = ways.point(at) {
+            self.count()?;
+            let inputs = episode.inputs(rest, !point.change_left);
+            let mut stop = Ok(());
+            if let Some(one) = self.broken(&point.moment, &inputs) {
+                stop = Err((format!("{one} does not hold"), None));
             }
-            let trace = |points: &IndexMap<Point, Option<(usize, Event)>>, last: Option<Event>| {
-                let mut events: Vec<Event> = last.into_iter().collect();
-                let mut before = at;
-                while let Some((_, Some((earlier, event)))) = points.get_index(before) {
-                    events.push(event.clone());
-                    before = *earlier;
-                }
-                events.reverse();
-                events
-            };
-            if let Some(one) = self.broken(&point.moment, &inputs(!point.change_left)) {
-                let words = self.words(rest, episode, &trace(&points, None));
-                return Err(self.race(&format!("{one} does not hold"), from, words));
-            }
-            let before = self.parts.seen(&point.moment);
             let mut next = Vec::new();
-            for (event, mut follower) in self.events(&point, episode) {
-                let after = self.parts.seen(&follower.moment);
-                if let Err(object) = advance(&mut follower, &runs, &before, &after) {
-                    let what = self.unlike(object, after.get(object).copied().unwrap_or(0));
-                    let words = self.words(rest, episode, &trace(&points, Some(event)));
-                    return Err(self.race(&what, from, words));
-                }
-                if follower == point {
-                    continue;
-                }
-                let weight = usize::from(matches!(event, Event::React(..)));
-                let entry = points.entry(follower);
-                next.push((entry.index(), weight));
-                entry.or_insert(Some((at, event)));
+            if stop.is_ok() {
+                stop = self.follow(&point, episode, &runs, &mut next);
+            }
+            if let Err((what, last)) = stop {
+                let words = self.words(rest, episode, &ways.trace(at, last));
+                return Err(self.race(&what, from, words));
             }
             if next.is_empty() {
-                let words = self.words(rest, episode, &trace(&points, None));
-                self.rest(&point, &runs, (from, inputs(true)), words)?;
+                let words = self.words(rest, episode, &ways.trace(at, None));
+                self.rest(&point, &runs, (from, inputs), words)?;
             }
-            followers.push(next);
+            ways.add(at, next);
             at += 1;
         }
-        match longest(&followers) {
+        match ways.longest() {
             Some(n) => self.longest = self.longest.max(n),
             None => {
                 let words = self.words(rest, episode, &[]);
                 return Err(self.race("the parts may not come to rest", from, words));
+            }
+        }
+        Ok(())
+    }
+
+    /// Counts a moment.
+    fn count(&mut self) -> Result<(), Stop> {
+        self.moments += 1;
+        if self.moments <= self.limits.pairs {
+            return Ok(());
+        }
+        let reason = OpenReason::Pairs { limit: self.limits.pairs, states: self.rests.len() };
+        Err(Stop::Open(Open::because(reason)))
+    }
+
+    /// The points that can follow a point, with what happens before each.
+    ///
+    /// # Errors
+    /// What no run of the net has, and the event that shows it.
+    fn follow(
+        &mut self,
+        point: &Point,
+        episode: Episode,
+        runs: &[Run],
+        next: &mut Vec<(Event, Point)>,
+    ) -> Result<(), (String, Option<Event>)> {
+        let before = self.parts.seen(&point.moment);
+        for (event, mut follower) in self.events(point, episode) {
+            let after = self.parts.seen(&follower.moment);
+            if let Err(object) = advance(&mut follower, runs, &before, &after) {
+                let what = self.unlike(object, after.get(object).copied().unwrap_or(0));
+                return Err((what, Some(event)));
+            }
+            if follower != *point {
+                next.push((event, follower));
             }
         }
         Ok(())
@@ -634,22 +646,62 @@ fn advance(point: &mut Point, runs: &[Run], before: &[i64], after: &[i64]) -> Re
     Ok(())
 }
 
-/// The largest weight of a path from the first node of a graph; `None` if there is a cycle.
-fn longest(followers: &[Vec<(usize, usize)>]) -> Option<usize> {
-    let mut open = vec![0_usize; followers.len()];
-    followers.iter().flatten().for_each(|(to, _)| open[*to] += 1);
-    let mut ready: Vec<usize> = (0..open.len()).filter(|at| open[*at] == 0).collect();
-    let (mut weight, mut done, mut most) = (vec![0; open.len()], 0, 0);
-    while let Some(at) = ready.pop() {
-        done += 1;
-        most = most.max(weight[at]);
-        for (to, more) in &followers[at] {
-            weight[*to] = weight[*to].max(weight[at] + more);
-            open[*to] -= 1;
-            if open[*to] == 0 {
-                ready.push(*to);
+/// The points of an episode.
+struct Ways {
+    /// Each point with the one before it on a shortest way, and what happens between them.
+    points: IndexMap<Point, Option<(usize, Event)>>,
+    /// For each point that was followed, the next points, each with the number of reactions in between, 0 or 1.
+    followers: Vec<Vec<(usize, usize)>>,
+}
+
+impl Ways {
+    fn new(first: Point) -> Self {
+        Ways { points: [(first, None)].into_iter().collect(), followers: Vec::new() }
+    }
+
+    fn point(&self, at: usize) -> Option<Point> {
+        self.points.get_index(at).map(|(point, _)| point.clone())
+    }
+
+    fn add(&mut self, at: usize, next: Vec<(Event, Point)>) {
+        let mut followers = Vec::new();
+        for (event, point) in next {
+            let reactions = usize::from(matches!(event, Event::React(..)));
+            let entry = self.points.entry(point);
+            followers.push((entry.index(), reactions));
+            entry.or_insert(Some((at, event)));
+        }
+        self.followers.push(followers);
+    }
+
+    /// The events of a shortest way to a point, and then a last one.
+    fn trace(&self, mut at: usize, last: Option<Event>) -> Vec<Event> {
+        let mut events: Vec<Event> = last.into_iter().collect();
+        while let Some((_, Some((before, event)))) = self.points.get_index(at) {
+            events.push(event.clone());
+            at = *before;
+        }
+        events.reverse();
+        events
+    }
+
+    /// The largest number of reactions on a way; `None` if there is a cycle.
+    fn longest(&self) -> Option<usize> {
+        let mut open = vec![0_usize; self.followers.len()];
+        self.followers.iter().flatten().for_each(|(to, _)| open[*to] += 1);
+        let mut ready: Vec<usize> = (0..open.len()).filter(|at| open[*at] == 0).collect();
+        let (mut reactions, mut done, mut most) = (vec![0; open.len()], 0, 0);
+        while let Some(at) = ready.pop() {
+            done += 1;
+            most = most.max(reactions[at]);
+            for (to, more) in &self.followers[at] {
+                reactions[*to] = reactions[*to].max(reactions[at] + more);
+                open[*to] -= 1;
+                if open[*to] == 0 {
+                    ready.push(*to);
+                }
             }
         }
+        (done == self.followers.len()).then_some(most)
     }
-    (done == followers.len()).then_some(most)
 }

@@ -41,15 +41,9 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         return Ok(Exit::Errors);
     }
     if arguments.explore {
-        let is_drawing =
-            |path: &Path| path.extension().is_some_and(|it| it.eq_ignore_ascii_case("svg"));
-        if arguments.output != Path::new(".") && !is_drawing(&arguments.output) {
-            return Err(Stop::Usage(
-                "`--explore` writes one drawing: use `-o FILE.svg`, or leave `-o` out".to_owned(),
-            ));
-        }
+        let file = drawing(arguments)?;
         session.show(&found);
-        return explore(session, arguments, net);
+        return explore(session, arguments, net, file);
     }
     let written = match &arguments.with {
         None => split::Written::default(),
@@ -137,7 +131,12 @@ fn check_c(
 const MOST_CHOICES: usize = 64;
 
 /// Compares the best splits on each choice of devices, and prints those that no other one beats in everything.
-fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result<Exit, Stop> {
+fn explore(
+    session: &Session,
+    arguments: &Arguments,
+    net: &Valid<Net>,
+    file: Option<&Path>,
+) -> Result<Exit, Stop> {
     let choices = choices(&arguments.part)?;
     let stem = FileStem::of_name(&net.name.text);
     let options = BuildOptions { prove: false, ..options(arguments, &stem) };
@@ -175,7 +174,7 @@ fn explore(session: &Session, arguments: &Arguments, net: &Valid<Net>) -> Result
     let rows = front(&found);
     if !rows.is_empty() {
         session.tell(&costs_table(&rows));
-        draw(session, arguments, net, &rows)?;
+        draw(session, file, net, &rows)?;
     }
     let beaten = found.len() - rows.len();
     session.tell(&format!(
@@ -202,12 +201,21 @@ fn front(found: &[Choice]) -> Vec<&Choice> {
     rows
 }
 
-/// Writes the drawing of `-o FILE.svg`.
-fn draw(session: &Session, arguments: &Arguments, net: &Net, rows: &[&Choice]) -> Result<(), Stop> {
-    let file = &arguments.output;
-    if file.as_path() == Path::new(".") {
-        return Ok(());
+/// The file of `--explore -o FILE.svg`.
+fn drawing(arguments: &Arguments) -> Result<Option<&Path>, Stop> {
+    let file = arguments.output.as_path();
+    match file.extension() {
+        Some(it) if it.eq_ignore_ascii_case("svg") => Ok(Some(file)),
+        _ if file == Path::new(".") => Ok(None),
+        _ => Err(Stop::Usage(
+            "`--explore` writes one drawing: use `-o FILE.svg`, or leave `-o` out".to_owned(),
+        )),
     }
+}
+
+/// Writes the drawing of the splits.
+fn draw(session: &Session, file: Option<&Path>, net: &Net, rows: &[&Choice]) -> Result<(), Stop> {
+    let Some(file) = file else { return Ok(()) };
     let known = |value: Option<u64>, text: String| {
         (value, if value.is_some() { text } else { "not known".to_owned() })
     };
@@ -231,7 +239,7 @@ fn draw(session: &Session, arguments: &Arguments, net: &Net, rows: &[&Choice]) -
         ],
     };
     let text = svg(&bars(&table));
-    files::write_named(vec![(file.clone(), text.into_bytes())])?;
+    files::write_named(vec![(file.to_owned(), text.into_bytes())])?;
     session.tell(&format!("wrote {}\n", file.display()));
     Ok(())
 }

@@ -5,22 +5,14 @@ use super::link::{Linked, Round, rounded};
 use grafsynth_ir::division::{PartIndex, Running};
 use grafsynth_ir::net::{Net, Transition};
 use grafsynth_split::cpu::cpu;
-use grafsynth_split::link::{OSCILLATOR_HZ, SYNCHRONISERS, Timing, least_cycles};
+use grafsynth_split::link::{Timing, chip_ns, least_cycles};
 use grafsynth_split::solve::Forbidden;
 use grafsynth_split::{Groups, Item};
 use grafsynth_verify::Settled;
 
-/// The longest time from a change of a pin of a chip to the outputs that follow from it, in nanoseconds: the change just misses a clock edge, passes through the
-/// synchronisers, and then is stored.
-pub(super) fn chip_ns() -> u64 {
-    let clocks = SYNCHRONISERS as u64 + 1;
-    let period = 1_000_000_000_u64.div_ceil(u64::from(OSCILLATOR_HZ));
-    clocks * period + u64::from(Timing::default().settle_ns)
-}
-
 /// The longest time from a change to the outputs of a part that follow from it: its program or its clock makes one reaction after another.
 fn part_ns(round: &Round) -> u64 {
-    chip_ns().max(2 * round.ns)
+    chip_ns(&Timing::default()).max(2 * round.ns)
 }
 
 /// What the proof assumes of the plant and of the program, in words.

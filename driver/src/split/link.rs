@@ -1,6 +1,5 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
-use super::free::chip_ns;
 use super::{BuiltPart, PartDevice, RequestedPart, Split, has_time};
 use crate::built::OutputFile;
 use crate::codes;
@@ -17,7 +16,7 @@ use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
     self, Calls, ChipPins, ChipSignal, CpuNames, Link, OSCILLATOR_HZ, Object, SYNCHRONISERS,
-    Timing, calls, check, files, round_cycles, smallest_program, wiring_md, wiring_rows,
+    Timing, calls, check, chip_ns, files, round_cycles, smallest_program, wiring_md, wiring_rows,
     wiring_svg,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -201,7 +200,7 @@ fn deadlines(net: &Net, split: &Split, round: &Result<Round, String>) -> Vec<Dia
     let late = |(id, transition): (TransitionId, &Transition)| {
         let owner = split.division.owners.transitions[id];
         if is_free && owner + 1 < split.division.parts.len() {
-            let (needs, deadline) = (chip_ns(), transition.deadline_ns?);
+            let (needs, deadline) = (chip_ns(&Timing::default()), transition.deadline_ns?);
             return (needs > deadline).then(|| {
                 let message = format!(
                     "`{}` has a deadline of {}, but up to {} pass from a pin of its chip to its outputs, with {SYNCHRONISERS} synchronisers and a clock of {} MHz",

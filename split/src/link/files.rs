@@ -243,7 +243,11 @@ impl<'l> Text<'l> {
             text += &format!("    {name}_link_in_t latched;\n");
         }
         if !cpu.inputs.is_empty() {
-            text += &format!("    {}_in_t cpu_in;\n", cpu.prefix);
+            let handed = |act: &&Act| matches!(act, Act::Hand { .. } | Act::Get { .. });
+            let all = self.link.acts.iter().filter(handed).count() == cpu.inputs.len();
+            // Some inputs are wired to chips alone; the part on the CPU does not read them.
+            let zero = if all { "" } else { " = {0}" };
+            text += &format!("    {}_in_t cpu_in{zero};\n", cpu.prefix);
         }
         match self.link.most_rounds {
             None => {

@@ -15,15 +15,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::division::{Division, PartIndex, Shown, Signal, Source};
 use grafsynth_ir::net::{InputId, Net};
 
-use super::check::{Breach, Pins, Value, Why, expectations, label};
-use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, End, Link, Put, Request};
-
-/// The number of flip-flops through which an input of a chip passes before anything reads it. The first one can be caught in the middle of a change; a whole clock
-/// period later, the second one stores a level.
-pub const SYNCHRONISERS: usize = 2;
-
-/// The clock of the chips in cycles per second, by which times are stated. Every chip of docs/devices.md allows a faster one.
-pub const OSCILLATOR_HZ: u32 = 10_000_000;
+use super::breach::{Breach, Pins, Value, Why, expectations, label};
+use super::{
+    Act, Carries, ChipPins, Connection, ConnectionIndex, End, Link, Put, Request, SYNCHRONISERS,
+};
 
 /// One reaction of the CPU.
 pub(super) fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {

@@ -44,7 +44,7 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     }
     let running = request.division.running;
     let acts = match running {
-        Running::Lockstep => acts(request, &maker.connections),
+        Running::Lockstep => acts(request, &maker.connections, &maker.direct),
         Running::Free => free::acts(request, &maker.connections),
     };
     let starts = |(at, one): (ConnectionIndex, &Connection)| {
@@ -396,13 +396,14 @@ fn level_of_row_0(net: &Net, carries: Carries) -> bool {
 }
 
 /// The acts of a round, without unnecessary `Settle` acts.
-fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act> {
+fn acts(request: &Request<'_>, connections: &[Connection], direct: &[Direct]) -> Vec<Act> {
     let cpu = request.chips.len();
     let mut acts = vec![Act::Latch];
     let Some(part) = request.division.parts.get(cpu) else { return acts };
     for (to, source) in part.inputs.iter() {
         if let Source::Input(from) = *source
             && part.net.inputs[to].kind.is_handed()
+            && direct.iter().all(|one| one.input != from)
         {
             acts.push(Act::Hand { from, to });
         }

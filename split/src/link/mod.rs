@@ -13,6 +13,7 @@
 //! If the parts run on their own (semantics §10.7), each chip has a clock and the inputs of the plant itself, and the acts are those of a reaction of the CPU: it
 //! reads the wires of the others, reacts, and shows its own. Then `free` checks them.
 
+mod breach;
 mod check;
 mod files;
 mod free;
@@ -23,17 +24,40 @@ mod wiring;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grafsynth_ir::division::{Division, PartIndex, Signal};
+use grafsynth_ir::division::{Division, PartIndex, Running, Signal};
 use grafsynth_ir::net::{InputId, Net, OutputId};
 
 use crate::cpu::Cpu;
 
-pub use check::{Breach, Why, check};
+pub use breach::{Breach, Why};
 pub use files::{Calls, File, calls, files, smallest_program, smallest_program_alone};
-pub use free::{OSCILLATOR_HZ, SYNCHRONISERS};
 pub use make::link;
-pub use time::{least_cycles, round_cycles};
+pub use time::{chip_ns, least_cycles, round_cycles};
 pub use wiring::{wiring_md, wiring_rows, wiring_svg};
+
+/// The number of flip-flops through which an input of a chip that runs on its own passes before anything reads it. The first one can be caught in the middle of a
+/// change; a whole clock period later, the second one stores a level.
+pub const SYNCHRONISERS: usize = 2;
+
+/// The clock of the chips that run on their own, in cycles per second, by which times are stated. Every chip of docs/devices.md allows a faster one.
+pub const OSCILLATOR_HZ: u32 = 10_000_000;
+
+/// Checks that the acts of a link make one round of the division of a net (semantics §10.3), and that only inputs without an effect on states and wires bypass the CPU.
+/// If the parts run on their own, checks that each line of §10.7 is wired, synchronised and served by the CPU.
+///
+/// # Errors
+/// The first rule that is broken.
+pub fn check(
+    link: &Link,
+    net: &Net,
+    division: &Division,
+    chips: &[ChipPins],
+) -> Result<(), Breach> {
+    match division.running {
+        Running::Lockstep => check::check(link, net, division, chips),
+        Running::Free => free::check(link, net, division, chips),
+    }
+}
 
 /// The input of [`link`].
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! The time of a round: an upper estimate, from the acts and the constants of the CPU.
 
-use super::{Act, Link, Timing};
+use super::{Act, Link, OSCILLATOR_HZ, SYNCHRONISERS, Timing};
 use crate::cpu::{Cpu, Family};
 
 /// A wait of more than this many instructions is written as a loop; a shorter one as single instructions.
@@ -63,4 +63,13 @@ pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
 pub fn least_cycles(cpu: &Cpu) -> Option<u64> {
     let cycles = cpu.link_cycles?;
     Some(u64::from(cycles.call) + u64::from(cycles.act))
+}
+
+/// The longest time from a change of a pin of a chip that runs on its own to the outputs that follow from it, in nanoseconds: the change just misses a clock edge, passes
+/// through the synchronisers, and then is stored.
+#[must_use]
+pub fn chip_ns(timing: &Timing) -> u64 {
+    let clocks = SYNCHRONISERS as u64 + 1;
+    let period = 1_000_000_000_u64.div_ceil(u64::from(OSCILLATOR_HZ));
+    clocks * period + u64::from(timing.settle_ns)
 }

@@ -4,8 +4,7 @@ use grafsynth_ir::division::Running;
 use grafsynth_ir::markup::escape;
 use std::fmt::Write;
 
-use super::free::OSCILLATOR_HZ;
-use super::{Carries, Connection, End, Link, Request};
+use super::{Carries, Connection, End, Link, OSCILLATOR_HZ, Request};
 
 /// The wiring as a table: each connection with its pins, and the resistors.
 #[must_use]

@@ -144,8 +144,11 @@ pub(super) fn whole(problem: &Problem) -> Model {
     Work::merged(problem).finish(problem)
 }
 
-/// Nets by members and kind (see [`Net::input`]), with cost and pins.
-type Nets = BTreeMap<(Vec<usize>, Option<Mask>), (i64, i64)>;
+/// The kind of a net: see [`Net::input`].
+type Kind = Option<Mask>;
+
+/// Nets by members and kind, with cost and pins.
+type Nets = BTreeMap<(Vec<usize>, Kind), (i64, i64)>;
 
 /// Classes of nodes, and their remaining choices.
 struct Work {
@@ -326,7 +329,7 @@ impl Work {
 
     /// Adds the nets that still depend on a free node; the other nets are decided.
     fn add_nets(&self, model: &mut Model, places: &[Origin]) {
-        let mut merged: BTreeMap<(Vec<usize>, Mask, Option<Mask>), (i64, i64)> = BTreeMap::new();
+        let mut merged: BTreeMap<(Vec<usize>, Mask, Kind), (i64, i64)> = BTreeMap::new();
         for ((members, input), &(cost, pins)) in &self.nets {
             let mut placed = 0;
             let mut open = Vec::new();
