@@ -216,7 +216,7 @@ fn random_division(net: &Valid<Net>, n_parts: usize) -> Division {
 
 /// A part with what it shows, as the co-simulation sees it.
 enum Piece<'a> {
-    Chip { sim: LogicSim<'a>, logic: &'a Logic },
+    Chip { sim: Box<LogicSim<'a>>, logic: &'a Logic },
     Cpu(Box<Simulator<'a>>),
 }
 
@@ -254,7 +254,7 @@ impl<'a> Bench<'a> {
         let cpu = division.parts.len() - 1;
         let mut pieces: Vec<Piece<'a>> = Vec::new();
         for logic in circuits {
-            let mut sim = LogicSim::new(logic);
+            let mut sim = Box::new(LogicSim::new(logic));
             sim.reset();
             pieces.push(Piece::Chip { sim, logic });
         }
