@@ -41,7 +41,8 @@ function makeInput(input) {
         return row;
     }
     if (input.kind === "event") {
-        const raise = make("button", { ...attributes, type: "button", class: "switch", "aria-pressed": "false" }, "");
+        const name = word("keyRaise", { name: input.name });
+        const raise = make("button", { ...attributes, type: "button", class: "switch", "aria-label": name, "aria-pressed": "false" }, "");
         raise.addEventListener("click", () => pressed(input));
         controls.set(input, raise);
         row.append(raise);
@@ -111,7 +112,7 @@ function drawInputs() {
         if (input.kind === "event") {
             control.setAttribute("aria-pressed", value === 1);
             control.classList.toggle("raised", value === 1);
-            control.textContent = word(value === 1 ? "raised" : "raise");
+            control.textContent = `${value === 1 ? "●" : "○"} ${word("raise")}`;
         } else {
             control.setAttribute("aria-checked", value === 1);
             control.textContent = value === 1 ? "● 1" : "○ 0";
