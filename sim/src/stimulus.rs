@@ -571,7 +571,7 @@ impl Reader<'_> {
 }
 
 /// The first names, and the number of further ones.
-fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+pub(crate) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     let all: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     match all.len() {
         0..=LISTED => all.join(", "),
