@@ -53,6 +53,40 @@ async function scrub(tab, row) {
     await tab.value(PICTURE);
 }
 
+// The place of the truck in the picture of its plant.
+const TRUCK_AT = `Number(document.querySelector("#plant rect.blue").getAttribute("x"))`;
+
+// One press of a button, and the plant drives the truck through its cycle. Its picture follows, in the past too, and a sensor that fails stays as it is.
+async function plant(tab) {
+    await tab.open(address("plant.html"));
+    await tab.value(PICTURE);
+    expect(await tab.value(TRUCK_AT), 10, "the truck at first");
+    // 1000 reactions per second.
+    await tab.value(`document.getElementById("speed").value = 4`);
+    await tab.keys("11");
+    for (const situation of ["p3", "p4", "p1"]) await tab.until(`${ACTIVE} === "${situation}"`);
+    await tab.key("p");
+    const found = await saved(tab);
+    const rows = found.trace.trim().split("\n").map((line) => line.split(","));
+    const loading = rows.findIndex((row) => row[rows[0].indexOf("steps")] === "p3") - 1;
+    await scrub(tab, loading);
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT)], ["p3", 110], "at the hopper");
+    await scrub(tab, 0);
+    expect(await tab.value(TRUCK_AT), 10, "row 0");
+    // The first threshold is where the truck leaves the left limit, the second the right limit: 100 units take 500 ticks of 10 ms.
+    await tab.value(`document.getElementById("auto").click()`);
+    await tab.keys("x1rtt");
+    await tab.value(PICTURE);
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT)], ["p3", 110], "at the next threshold");
+    expect(await tab.value(`${shown("clock")}.includes("5.01 s")`), true, await text(tab, "clock"));
+    // The right limit is forced.
+    await tab.keys("x2rr");
+    await tab.value(PICTURE);
+    expect(await text(tab, "forced").then((one) => one.startsWith("⚑ Forced: b.")), true, await text(tab, "forced"));
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT) < 15], ["p3", true], "a sensor that fails");
+    return found;
+}
+
 // The same cycle with the mouse, on the switches of the panel.
 async function panel(tab, { truck }) {
     await tab.open(address("truck.html"));
@@ -279,7 +313,7 @@ async function again(tab) {
 }
 
 // Each scenario with its page; it gets the results of those before it.
-const SCENARIOS = [[truck, "truck"], [panel, "truck"], [playing, "truck"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"], [again, "kept"]];
+const SCENARIOS = [[truck, "truck"], [panel, "truck"], [playing, "truck"], [plant, "plant"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"], [again, "kept"]];
 
 (async () => {
     const browser = new Chromium(process.argv[2], path.resolve("profile"));
