@@ -601,6 +601,11 @@ pub(crate) struct Sim {
     /// Write the inputs of the session as a stimulus (CSV), which `--stimulus` replays to the same trace.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) record: Option<PathBuf>,
+    /// Run the chart with this plant (docs/plant.md), which sets the inputs that the stimulus does not contain.
+    ///
+    /// A row of the stimulus with `dt` k then is k reactions of one tick, because a sensor can change at each tick. The trace contains the inputs as they were set.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with_all = ["random", "interactive", "restore"])]
+    pub(crate) plant: Option<String>,
     /// Seed of the random reactions.
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole(0..=u64::MAX))]
     pub(crate) seed: u64,

@@ -15,6 +15,7 @@ use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::plant::Plant;
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -280,6 +281,24 @@ impl Session {
                 })
             }
         }
+    }
+
+    /// Reads the plant of a chart: the named file, or `NAME.plant` beside the chart. `None` if there is none; with errors, which are shown, there is no page and
+    /// no run.
+    pub(crate) fn plant(
+        &mut self,
+        net: &Net,
+        chart: &str,
+        named: Option<&str>,
+    ) -> Result<Option<Plant>, Stop> {
+        let file = match named {
+            Some(named) => Some(self.text(named)?),
+            None => self.companion(chart, "plant")?,
+        };
+        let Some(file) = file else { return Ok(None) };
+        let (plant, found) = read::plant(&self.sources, file, net, self.limits);
+        self.show(&found);
+        if self.demands.refuse(&found) { Err(Stop::Errors) } else { Ok(plant) }
     }
 
     /// Reads the file `NAME.extension` in the folder of `path` if it exists, and reports that: answers may depend on its assumptions.

@@ -98,7 +98,8 @@ fn of_rich(rich: &Rich) -> String {
     let run = |run: &Inline| match run {
         Inline::Words(text) => escape(text),
         Inline::Text(text) if text.is_empty() => String::new(),
-        Inline::Text(text) | Inline::Message(text) => format!("<bdi>{}</bdi>", escape(text)),
+        Inline::Text(text) => format!("<bdi>{}</bdi>", escape(text)),
+        Inline::Message(text) => of_message(text),
         Inline::Code(text) => format!("<code><bdi>{}</bdi></code>", escape(text)),
         Inline::Strong(text) => format!("<strong><bdi>{}</bdi></strong>", escape(text)),
         Inline::Verdict(verdict, word) => {
@@ -111,6 +112,20 @@ fn of_rich(rich: &Rich) -> String {
         }
     };
     rich.0.iter().map(run).collect()
+}
+
+/// A message: what it quotes (`` `a` ``) is code, unless a quote has no end.
+fn of_message(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    let part = |(at, part): (usize, &&str)| match at % 2 {
+        0 => escape(part),
+        _ => format!("<code><bdi>{}</bdi></code>", escape(part)),
+    };
+    let inner = match parts.len() % 2 {
+        0 => escape(text),
+        _ => parts.iter().enumerate().map(part).collect(),
+    };
+    format!("<bdi>{inner}</bdi>")
 }
 
 /// A drawing as an image: its styles and names are its own, and it cannot run anything.
@@ -229,6 +244,15 @@ mod tests {
         }
         assert!(!page.contains(['\u{202e}', '\u{2067}']) && page.contains("مرحبا😀"));
         assert!(!page.contains("<img src=x") && !page.contains("onload=\"x"));
+    }
+
+    #[test]
+    fn what_a_message_quotes_is_code() {
+        assert_eq!(
+            super::of_message("step `a<b` waits"),
+            "<bdi>step <code><bdi>a&lt;b</bdi></code> waits</bdi>"
+        );
+        assert_eq!(super::of_message("no `end"), "<bdi>no `end</bdi>");
     }
 
     /// The texts of a page without its tags.

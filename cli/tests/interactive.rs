@@ -1,11 +1,16 @@
 //! `sim --interactive` with commands on standard input: output, recording, exit codes.
 
+#![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "tests read files and start programs")]
 
+use grafsynth_engines::tools;
 use std::fs;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+const LIMIT: Duration = Duration::from_secs(300);
 
 const CHART: &str = "chart drill {
     tick 100 ms
@@ -132,6 +137,43 @@ fn a_wrong_line_ends_a_script_and_nothing_is_written() {
     let bytes = session(folder.path(), &["--interactive"], "\u{1b}[2J\u{202e}\n");
     assert_eq!(bytes.status.code(), Some(1));
     assert!(!text(&bytes.stdout).contains('\u{1b}'));
+}
+
+#[test]
+fn a_short_name_of_two_inputs_is_explained() {
+    let folder = folder();
+    let one = |name: &str| {
+        format!(
+            "chart {name} {{\n input start\n output on\n initial step off\n step up {{ on }}\n off -> up when start\n up -> off when not start\n}}\n"
+        )
+    };
+    fs::write(folder.path().join("drill.graf"), one("left") + &one("right")).expect("written");
+    let output = session(folder.path(), &["--interactive"], "start; react\n");
+    assert_eq!(output.status.code(), Some(1));
+    let said = text(&output.stderr);
+    assert!(said.contains("`start` is the short name of 2 different inputs"), "{said}");
+    assert!(said.contains("write the full name: `left.start`, `right.start`"), "{said}");
+}
+
+#[test]
+fn the_terminal_is_as_before_after_each_end() {
+    let Some(python) = tools::find(&["python3"]) else {
+        assert!(std::env::var_os("CI").is_none(), "python3 is missing, and CI must have it");
+        println!("skipped: python3 is not installed");
+        return;
+    };
+    let folder = folder();
+    fs::write(folder.path().join("terminal.py"), include_str!("terminal.py")).expect("written");
+    let arguments = ["terminal.py", env!("CARGO_BIN_EXE_grafsynth"), "drill.graf"];
+    let done = tools::run(&python, &arguments, folder.path(), b"", LIMIT).expect("it runs");
+    assert!(done.is_success, "{}", done.stderr);
+    assert_eq!(
+        text(&done.stdout),
+        "q: exit code 0, recording, terminal as before\n\
+         ctrl-d: exit code 0, recording, terminal as before\n\
+         ctrl-c: SIGINT, no recording, terminal as before\n\
+         term: SIGTERM, no recording, terminal as before\n"
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Tests of the program itself, started as a user starts it.
 
+mod accessible;
 mod case_files;
 mod counterexamples;
 mod drawings;

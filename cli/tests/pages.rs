@@ -10,12 +10,14 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Pages whose example is not run here, each with the reason or the place of its test.
-const ELSEWHERE: [(&str, &str); 20] = [
+const ELSEWHERE: [(&str, &str); 22] = [
     ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
     ("G0015", "needs what an older build wrote: tests/cases/codes/G0015.graf"),
     ("G0019", "needs a stimulus beside a chart: tests/cases/codes/G0019.graf"),
     ("G0108", "the command line rejects a long file before the reader does"),
     ("G0109", "the command line itself counts what is not shown"),
+    ("G0122", "needs a chart beside the plant: tests/cases/codes/G0122.graf"),
+    ("G0123", "needs a chart beside the plant: tests/cases/codes/G0123.graf"),
     ("G0120", "needs a file to write to: tests/cases/convert/macro_to_rules.graf"),
     ("G0511", "needs a broken trace"),
     ("G0512", "needs a broken trace"),

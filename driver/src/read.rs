@@ -10,7 +10,8 @@ use crate::task_costs;
 use grafsynth_frontend::graf;
 use grafsynth_ir::diag::{Code, any_error};
 use grafsynth_ir::net::Net;
-use grafsynth_ir::{Diagnostic, Span, Valid, chart, lower, validate};
+use grafsynth_ir::plant::Plant;
+use grafsynth_ir::{Diagnostic, FileId, Span, Valid, chart, lower, validate};
 
 pub use crate::design::{Design, NetDesign};
 pub use crate::texts::{LibraryText, Texts};
@@ -37,6 +38,18 @@ impl Default for ReadLimits {
     fn default() -> Self {
         ReadLimits { nesting: 256, source: 64 << 20, diagnostics: 100 }
     }
+}
+
+/// Reads the plant of a net (docs/plant.md). With errors there is no plant.
+#[must_use]
+pub fn plant(
+    sources: &Sources,
+    file: FileId,
+    net: &Net,
+    limits: ReadLimits,
+) -> (Option<Plant>, Vec<Diagnostic>) {
+    let text = sources.get(file).map_or("", |source| &source.text);
+    grafsynth_frontend::plant::parse(net, file, text, &limits.front())
 }
 
 /// Reads a design, its board and its properties. The design is returned only if no finding is an error.

@@ -43,6 +43,10 @@ pub const ESCAPE: Code = Code { id: "G0119", title: "unknown escape in a string"
 pub const CANNOT_WRITE: Code = Code { id: "G0120", title: "not expressible as a chart" };
 /// A transition without a target in a chart that is not a statechart.
 pub const NO_TARGET: Code = Code { id: "G0121", title: "transition without a target step" };
+/// A plant uses a name that is no quantity, input or output.
+pub const PLANT_NAME: Code = Code { id: "G0122", title: "unknown name in a plant" };
+/// A plant uses something of the chart, or of itself, in a way that is not possible.
+pub const PLANT_BINDING: Code = Code { id: "G0123", title: "invalid use of a name in a plant" };
 /// A rule uses a name that is in none of the lists.
 pub const UNLISTED: Code = Code { id: "G0401", title: "name missing from the lists of the rules" };
 /// A listed transition without a rule.
@@ -215,6 +219,8 @@ pub const ALL: &[Code] = &[
     ESCAPE,
     CANNOT_WRITE,
     NO_TARGET,
+    PLANT_NAME,
+    PLANT_BINDING,
     UNLISTED,
     NO_RULE,
     OPTION,

@@ -11,6 +11,7 @@ mod from_net;
 pub mod graf;
 pub mod kiss2;
 mod number;
+pub mod plant;
 pub mod plcopen;
 pub mod props;
 pub mod rules;

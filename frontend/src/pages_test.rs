@@ -3,7 +3,7 @@
 
 use grafsynth_ir::{FileId, lower};
 
-use crate::{c, codes, graf, kiss2, plcopen, rules, scxml, st};
+use crate::{c, codes, graf, kiss2, plant, plcopen, rules, scxml, st};
 
 /// Language, options and text of the example on a page.
 fn example(page: &str) -> (String, Vec<String>, String) {
@@ -38,6 +38,15 @@ fn every_code_has_a_page_whose_example_triggers_it() {
             let parsed = c::parse_within(FileId(0), &text, &limits, &c::Options::default());
             let findings = parsed.diagnostics;
             assert!(findings.iter().any(|finding| finding.code == *code), "{path}: {findings:#?}");
+            assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
+            continue;
+        }
+        if language == "plant" {
+            let chart = "chart lamp { input button\n output light\n initial step s { light } }";
+            let design = graf::parse(FileId(0), chart).design.unwrap();
+            let net = lower::lower(&design).0.unwrap();
+            let findings = plant::parse(&net, FileId(0), &text, &limits).1;
+            assert!(!findings.is_empty(), "{path}");
             assert!(findings.iter().all(|finding| finding.code == *code), "{path}: {findings:#?}");
             continue;
         }

@@ -28,6 +28,7 @@ pub mod markup;
 pub mod names;
 pub mod net;
 pub mod plan;
+pub mod plant;
 pub mod program;
 pub mod program_run;
 pub mod random;

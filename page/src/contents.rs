@@ -2,7 +2,8 @@
 
 use grafsynth_draw::Picture;
 use grafsynth_ir::FileId;
-use serde_json::Value;
+use grafsynth_ir::plant::Plant;
+use serde_json::{Map, Value};
 
 /// The words of the interface in all languages: the one table that `web/words.js` reads, too.
 pub(crate) const WORDS: &str = include_str!("web/words.json");
@@ -14,6 +15,8 @@ pub struct Contents<'a> {
     pub picture: Option<&'a Picture>,
     /// The texts from which the chart was read; the page shows those that contain steps or transitions.
     pub sources: &'a [SourceText<'a>],
+    /// The plant of the chart, which the page shows and runs.
+    pub plant: Option<&'a Plant>,
     /// The language of the interface when the page is opened.
     pub language: Language,
 }
@@ -70,10 +73,22 @@ pub(crate) fn word(key: &str, language: Language) -> String {
     table[key][at].as_str().unwrap_or_default().to_owned()
 }
 
+/// The table as a text of JavaScript: a line for each word, with its key and the languages in order, and `|` between two of them. It takes less space than the
+/// JSON.
+pub(crate) fn words_of_script() -> String {
+    let table: Map<String, Value> = serde_json::from_str(WORDS).unwrap_or_default();
+    let line = |(key, words): (&String, &Value)| {
+        let words = words.as_array().into_iter().flatten().filter_map(Value::as_str);
+        [key.as_str()].into_iter().chain(words).collect::<Vec<_>>().join("|")
+    };
+    let lines: Vec<String> = table.iter().map(line).collect();
+    Value::from(lines.join("\n")).to_string()
+}
+
 #[cfg(test)]
 mod tests {
     use super::{Language, WORDS, word};
-    use crate::html::{BODY, ENGINE, PARTS};
+    use crate::html::{BODY, ENGINE, PARTS, START, WITH_PLANT, WITHOUT_PLANT};
     use serde_json::{Map, Value};
     use std::collections::BTreeSet;
 
@@ -83,7 +98,9 @@ mod tests {
 
     /// The scripts and the document.
     fn texts() -> impl Iterator<Item = &'static str> {
-        PARTS.into_iter().chain(ENGINE).chain([BODY])
+        let plant = [WITH_PLANT, WITHOUT_PLANT];
+        let plant = plant.into_iter().flat_map(|it| [it.body, it.engine, it.scene]);
+        PARTS.into_iter().chain(ENGINE).chain([START, BODY]).chain(plant)
     }
 
     /// The texts that follow a mark, up to a quote.
@@ -108,6 +125,7 @@ mod tests {
             assert_eq!(words.len(), Language::ALL.len(), "`{key}`");
             for word in &words {
                 assert!(!word.trim().is_empty(), "`{key}` is empty in a language");
+                assert!(!word.contains('|'), "`{key}` has the sign between two words");
                 assert_eq!(places(word), places(words[0]), "`{key}`: {word}");
             }
         }

@@ -3,6 +3,7 @@
 use crate::contents::Contents;
 use crate::html::base64;
 use crate::key;
+use crate::plant::plant_json;
 use crate::program::ProgramWriter;
 use crate::reference::Reference;
 use crate::waits::{DEEPEST, Waits};
@@ -89,6 +90,7 @@ pub(crate) fn data(
         "emergency": emergency.map(|condition| writer.expr(&condition)),
         "exclusive": settings.events_exclusive,
         "queues": queues(net, &waits),
+        "plant": contents.plant.map(plant_json),
         "sources": sources(net, contents),
         "reference": {
             "rows": rows(net, &reference.rows),

@@ -1,6 +1,7 @@
 //! The file: one HTML document with its style, its scripts and its data, that may load nothing.
 
-use crate::contents::{Language, WORDS, word};
+use crate::compact;
+use crate::contents::{Language, word, words_of_script};
 use grafsynth_ir::markup::escape;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
@@ -8,8 +9,8 @@ use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("web/page.css");
 pub(crate) const BODY: &str = include_str!("web/body.html");
-/// The parts of the script that shows the chart. They are one function, so a part can use what another one declares.
-pub(crate) const PARTS: [&str; 13] = [
+/// The parts of the script that shows the chart. They are one function, so a part can use what another one declares. The plant follows, and then the start.
+pub(crate) const PARTS: [&str; 12] = [
     include_str!("web/basics.js"),
     include_str!("web/words.js"),
     include_str!("web/chart.js"),
@@ -22,11 +23,33 @@ pub(crate) const PARTS: [&str; 13] = [
     include_str!("web/links.js"),
     include_str!("web/keep.js"),
     include_str!("web/page.js"),
-    include_str!("web/start.js"),
 ];
+pub(crate) const START: &str = include_str!("web/start.js");
 /// The parts of the script that executes the chart.
 pub(crate) const ENGINE: [&str; 2] =
     [include_str!("web/engine.js"), include_str!("web/session.js")];
+
+/// What depends on whether the chart has a plant.
+pub(crate) struct PlantFiles {
+    style: &'static str,
+    /// The part of the document.
+    pub(crate) body: &'static str,
+    /// The part of the script that executes the chart.
+    pub(crate) engine: &'static str,
+    /// The part of the script that shows the chart.
+    pub(crate) scene: &'static str,
+}
+
+/// Of a page with a plant.
+pub(crate) const WITH_PLANT: PlantFiles = PlantFiles {
+    style: include_str!("web/plant.css"),
+    body: include_str!("web/plant.html"),
+    engine: include_str!("web/plant.js"),
+    scene: include_str!("web/scene.js"),
+};
+/// Of a page without one.
+pub(crate) const WITHOUT_PLANT: PlantFiles =
+    PlantFiles { style: "", body: "", engine: "", scene: include_str!("web/no_scene.js") };
 
 /// A part of a page that can be cut out of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,16 +87,18 @@ pub(crate) fn html(
     name: &str,
     data: &Value,
     drawing: Option<&Drawing>,
+    plant: &PlantFiles,
     language: Language,
 ) -> String {
     let data = embedded(data);
-    let engine = compact(&ENGINE.concat());
-    let page = compact(&format!(
-        "\"use strict\";\n(() => {{\nconst WORDS = {};\n{}}})();\n",
-        WORDS.trim_end(),
-        PARTS.concat()
+    let engine = compact::script(&[ENGINE.concat().as_str(), plant.engine].concat());
+    let page = compact::script(&format!(
+        "\"use strict\";\n(() => {{\nconst WORDS = {};\n{}{}{START}}})();\n",
+        words_of_script(),
+        PARTS.concat(),
+        plant.scene
     ));
-    let style = compact(STYLE);
+    let style = compact::style(&[STYLE, plant.style].concat());
     let policy = format!(
         "default-src 'none'; script-src '{}' '{}'; style-src '{}'; base-uri 'none'; form-action 'none'",
         content_hash(&engine),
@@ -91,26 +116,19 @@ pub(crate) fn html(
          <script id=\"data\" type=\"application/json\">{data}</script>\n<script id=\"engine\">{engine}</script>\n\
          <script id=\"page\">{page}</script>\n</body>\n</html>\n",
         language.tag(),
-        body(&name, drawing, language)
+        body(&name, drawing, plant.body, language)
     );
     out
 }
 
-/// A script or a style without indentation, empty lines and lines that are a comment: a page is small, and can still be read.
-fn compact(text: &str) -> String {
-    let lines = text.lines().map(str::trim_start);
-    let kept = lines.filter(|line| !line.is_empty() && !line.starts_with("//"));
-    kept.flat_map(|line| [line, "\n"]).collect()
-}
-
 /// The content of the document; the drawing is inserted last, so it cannot contain a place for anything else.
-fn body(name: &str, drawing: Option<&Drawing>, language: Language) -> String {
+fn body(name: &str, drawing: Option<&Drawing>, plant: &str, language: Language) -> String {
     let (head, tail) = BODY.split_once("{{drawing}}").unwrap_or((BODY, ""));
     let large = if drawing.is_some_and(|it| it.n_marks > LARGE) { "large" } else { "" };
     let svg = drawing.map_or("", |it| it.svg.as_str());
     let no_script = escape(&word("noScript", language));
     let head = head.replace("{{large}}", large).replace("{{noScript}}", &no_script);
-    let head = head.replace("{{name}}", name);
+    let head = head.replace("{{plant}}", plant).replace("{{name}}", name);
     format!("{head}{svg}{tail}")
 }
 
@@ -138,7 +156,6 @@ fn embedded(data: &Value) -> String {
     out
 }
 
-/// The hash of a script or a style, as a source of a Content-Security-Policy.
 /// The hash by which a `Content-Security-Policy` names a script or a style.
 #[must_use]
 pub fn content_hash(text: &str) -> String {

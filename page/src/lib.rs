@@ -7,14 +7,16 @@
 //! ```
 //!
 //! The files in reading order: `program` writes the reaction program ([`grafsynth_ir::program`]) as JSON, `waits` what each transition waits for, `data`
-//! everything that the page knows about the chart, `reference` the run of the simulator that each page repeats, `contents` what else is in a page, and `html`
-//! the file. The JavaScript in `web` is `engine.js` and `session.js`, which run the program without a document, and the parts that show it. Nothing in a page
+//! everything that the page knows about the chart, `plant` the plant, `reference` the run of the simulator that each page repeats, `contents` what else is in a
+//! page, and `html` the file. The JavaScript in `web` is `engine.js` and `session.js`, which run the program without a document, and the parts that show it. Nothing in a page
 //! depends on text of the chart being code: the program is data, and what the user wrote is only displayed. The words of the interface are in `words.json`, in
 //! all languages.
 
+mod compact;
 mod contents;
 mod data;
 mod html;
+mod plant;
 mod program;
 mod reference;
 mod waits;
@@ -42,7 +44,8 @@ pub fn page(
         svg: grafsynth_draw::embedded(picture, &|element| key(element.span)),
         n_marks: picture.marks.len(),
     });
-    Ok(html::html(&net.name.text, &data, drawing.as_ref(), contents.language))
+    let plant = if contents.plant.is_some() { &html::WITH_PLANT } else { &html::WITHOUT_PLANT };
+    Ok(html::html(&net.name.text, &data, drawing.as_ref(), plant, contents.language))
 }
 
 /// The name by which the drawing and the data refer to an element: its location, because several steps of the net may be drawn once.

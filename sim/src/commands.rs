@@ -9,8 +9,7 @@ use grafsynth_ir::{Diagnostic, FileId, Span};
 
 use crate::codes;
 use crate::row::has_column;
-use crate::stimulus::MAX_DT;
-use crate::stimulus::full_name;
+use crate::stimulus::{MAX_DT, full_name, listed};
 
 /// The largest number of reactions that one command makes or undoes.
 const MOST_REACTIONS: u32 = 1_000_000;
@@ -165,9 +164,13 @@ impl Words<'_> {
             None => (text, None),
         };
         let of_name = |name: &str| self.net.inputs.iter().find(|(_, it)| it.name.text == name);
-        let Some((id, input)) = of_name(name).or_else(|| of_name(self.unique(name)?)) else {
-            return Err(self.unknown(name).into());
+        // A short name is enough if only one input has it, as in the header of a stimulus.
+        let found = match (of_name(name), full_name(name, &self.names())) {
+            (Some(found), _) => Some(found),
+            (None, Ok(full)) => of_name(full),
+            (None, Err(all)) => return Err(self.ambiguous(name, &all).into()),
         };
+        let Some((id, input)) = found else { return Err(self.unknown(name).into()) };
         if input.kind == InputKind::InternalEvent {
             return Err(self
                 .wrong(format!("`{name}` is an internal event: only the chart raises it"))
@@ -193,16 +196,19 @@ impl Words<'_> {
         }
     }
 
-    /// The full name of an input that only this one short name can mean, as in the header of a stimulus.
-    fn unique<'s>(&'s self, short: &'s str) -> Option<&'s str> {
+    /// The names of the inputs that a session can set.
+    fn names(&self) -> Vec<&str> {
         let inputs = self.net.inputs.values().filter(|input| has_column(input.kind));
-        let names: Vec<&str> = inputs.map(|input| input.name.text.as_str()).collect();
-        full_name(short, &names).ok()
+        inputs.map(|input| input.name.text.as_str()).collect()
+    }
+
+    fn ambiguous(&self, name: &str, candidates: &[&str]) -> Diagnostic {
+        self.wrong(format!("`{name}` is the short name of {} different inputs", candidates.len()))
+            .help(format!("write the full name: {}", listed(candidates.iter().copied())))
     }
 
     fn unknown(&self, name: &str) -> Diagnostic {
-        let inputs = self.net.inputs.values().filter(|input| has_column(input.kind));
-        let names = inputs.map(|input| input.name.text.as_str());
+        let names = self.names().into_iter();
         let words = COMMANDS.iter().skip(2).map(|(word, ..)| *word);
         let finding = self.wrong(format!("`{name}` is neither a command nor an input"));
         match nearest(name, names.chain(words)) {

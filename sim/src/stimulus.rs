@@ -96,6 +96,12 @@ impl Stimulus {
         InputRow { dt: self.dts.get(row).copied().unwrap_or(1), values }
     }
 
+    /// True if the input has a column; the others are 0 in each row.
+    #[must_use]
+    pub fn has_column(&self, input: InputId) -> bool {
+        self.columns.contains(&input)
+    }
+
     /// The number of rows with more than one tick.
     #[must_use]
     pub fn long_rows(&self) -> usize {
@@ -571,7 +577,7 @@ impl Reader<'_> {
 }
 
 /// The first names, and the number of further ones.
-fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
+pub(crate) fn listed<'n>(names: impl Iterator<Item = &'n str>) -> String {
     let all: Vec<String> = names.map(|name| format!("`{name}`")).collect();
     match all.len() {
         0..=LISTED => all.join(", "),

@@ -5,16 +5,17 @@
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
 #![allow(clippy::disallowed_methods, reason = "the environment defines how many nets are run")]
 
+use crate::plants;
 use grafsynth_draw::{Options, layout};
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::run::net_trace;
 use grafsynth_driver::source::Sources;
 use grafsynth_engines::scratch::Scratch;
 use grafsynth_engines::{Availability, Engine as _, Job, JsEngine, js_traces, tools};
+use grafsynth_ir::Valid;
 use grafsynth_ir::net::{Net, Policy};
-use grafsynth_ir::{FileId, Valid};
 use grafsynth_page::{Contents, Cut, Reference, SourceText, cut, page, reference};
-use grafsynth_sim::Stimulus;
+use grafsynth_sim::{Stimulus, with_plant};
 use grafsynth_tests::random_net::{Features, random_net, shrink};
 use grafsynth_tests::{chart, readable, rounds};
 use grafsynth_verify::structural_facts;
@@ -28,7 +29,7 @@ const ROWS: usize = 60;
 const BATCH: usize = 25;
 const LIMIT: Duration = Duration::from_secs(120);
 
-fn node_is_here() -> bool {
+pub(crate) fn node_is_here() -> bool {
     let is_here = JsEngine.availability() == Availability::Here;
     if !is_here {
         assert!(std::env::var_os("CI").is_none(), "node is missing, and CI must have it");
@@ -104,7 +105,7 @@ fn statechart_pages_run_like_the_simulator() {
 }
 
 /// Runs a script after the engine of a page, in a folder that contains its data as `data.json` and a stimulus as `stimulus.csv`; returns what it prints.
-fn run(page: &str, stimulus: &str, script: &str) -> String {
+pub(crate) fn run(page: &str, stimulus: &str, script: &str) -> String {
     let folder = Scratch::new().expect("a folder");
     let engine = cut(page, Cut::Engine).expect("an engine");
     let write =
@@ -174,6 +175,14 @@ const HOSTILE: &str = r#"chart h {
 }
 "#;
 
+/// A plant whose texts try the same.
+const HOSTILE_PLANT: &str = r#"view 99, 9
+quantity q "<b onclick=alert(1)>&amp; 😀": 0..9
+text 1, 5, "</text></svg><script>document.title='bad'</script>"
+"#;
+
+const TRUCK_PLANT: &str = include_str!("../../examples/truck/truck.plant");
+
 /// A chart with a step that is active only within a reaction.
 const STABLE: &str = "chart stable {
     evolution stable
@@ -193,6 +202,11 @@ fn hostile() -> String {
 
 /// The page of a chart with its drawing.
 fn drawn(name: &str, text: &str) -> String {
+    drawn_with(name, text, None)
+}
+
+/// The page of a chart with its drawing and with a plant.
+fn drawn_with(name: &str, text: &str, plant_text: Option<&str>) -> String {
     let mut sources = Sources::default();
     let main = sources.add(name, text);
     let (design, found) =
@@ -200,17 +214,29 @@ fn drawn(name: &str, text: &str) -> String {
     let Some(Design::Net(design)) = design else { panic!("{name}: {found:#?}") };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &Options::default()).ok());
     assert!(picture.is_some(), "{name} is drawn");
+    let plant = plant_text.map(|text| plants::read(&design.net, text));
     let sources = [SourceText { file: main, name, text }];
-    let contents = Contents { picture: picture.as_ref(), sources: &sources, ..Contents::default() };
+    let contents = Contents {
+        picture: picture.as_ref(),
+        sources: &sources,
+        plant: plant.as_ref(),
+        ..Contents::default()
+    };
     page(&design.net, &reference(&design.net, 1000), &contents).expect("a page")
 }
 
 #[test]
 fn a_page_is_small_and_runs_only_its_own_scripts() {
     let truck = drawn("truck.graf", include_str!("../../examples/truck/truck.graf"));
-    assert!(truck.len() <= 120 * 1024, "{} bytes", truck.len());
-    let hostile = drawn("hostile.graf", &hostile());
-    for page in [&truck, &hostile] {
+    assert!(!truck.contains("Grafsynth.Plant ="), "only a page with a plant contains its script");
+    let plant = drawn_with(
+        "truck.graf",
+        include_str!("../../examples/truck/truck.graf"),
+        Some(TRUCK_PLANT),
+    );
+    assert!(plant.len() <= 120 * 1024, "{} bytes", plant.len());
+    let hostile = drawn_with("hostile.graf", &hostile(), Some(HOSTILE_PLANT));
+    for page in [&truck, &plant, &hostile] {
         assert_eq!(page.matches("<script").count(), 3, "data, engine and page");
         assert_eq!(page.matches("</script").count(), 3);
         assert_eq!(page.matches("<svg xmlns").count(), 1);
@@ -245,13 +271,11 @@ fn a_page_of_a_thousand_steps_is_small() {
 fn browser() -> Option<(PathBuf, PathBuf)> {
     let chromium = tools::find(&["chromium", "chromium-browser", "google-chrome"]);
     if chromium.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "chromium is missing, and CI must have it");
         println!("skipped: chromium is not installed");
     }
-    let node = tools::find(&["node", "nodejs"]);
-    if node.is_none() {
-        println!("skipped: node is not installed");
-    }
-    chromium.zip(node)
+    let is_node_here = node_is_here();
+    chromium.zip(tools::find(&["node", "nodejs"]).filter(|_| is_node_here))
 }
 
 /// In a browser: pages start without a problem and without a request, repeat their reference, obey the keyboard, and record what the simulator repeats;
@@ -264,7 +288,8 @@ fn pages_work_in_a_browser() {
         |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
     let truck = include_str!("../../examples/truck/truck.graf");
     write("truck.html", &drawn("truck.graf", truck));
-    write("hostile.html", &drawn("hostile.graf", &hostile()));
+    write("plant.html", &drawn_with("truck.graf", truck, Some(TRUCK_PLANT)));
+    write("hostile.html", &drawn_with("hostile.graf", &hostile(), Some(HOSTILE_PLANT)));
     let supervisor = include_str!("../../examples/supervisor/supervisor.scxml");
     write("queue.html", &drawn("supervisor.scxml", supervisor));
     write("stable.html", &drawn("stable.graf", STABLE));
@@ -274,13 +299,25 @@ fn pages_work_in_a_browser() {
     let done = tools::run(&node, &arguments, folder.path(), b"", LIMIT).expect("it runs");
     assert!(done.is_success, "{}", done.stderr);
     let found: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
-    let text = |name: &str| found["truck"][name].as_str().unwrap_or_default().to_owned();
-    assert_eq!(text("reference"), "equal to the reference in 1000 reactions");
+    let text =
+        |scenario: &str, name: &str| found[scenario][name].as_str().unwrap_or_default().to_owned();
+    assert_eq!(text("truck", "reference"), "equal to the reference in 1000 reactions");
     let roles = found["reading"]["roles"].as_str().unwrap_or_default();
     assert_eq!(roles, include_str!("page_scripts/truck.roles.txt"), "found:\n{roles}");
     let net = chart("truck.graf", truck);
-    let (stimulus, found) = Stimulus::parse_csv(&net, FileId(0), &text("stimulus"));
-    let stimulus = stimulus.unwrap_or_else(|| panic!("{found:#?}"));
-    assert!(stimulus.len() >= 10, "{}", text("stimulus"));
-    assert_eq!(text("trace"), net_trace(&net, &stimulus).to_csv());
+    for (scenario, least) in [("truck", 10), ("plant", 1000)] {
+        let stimulus = plants::operation(&net, &text(scenario, "stimulus"));
+        assert!(stimulus.len() >= least, "{scenario}: {} rows", stimulus.len());
+        assert_eq!(text(scenario, "trace"), net_trace(&net, &stimulus).to_csv(), "{scenario}");
+    }
+    // What the plant of the page set is what that of the simulator sets if the same button is pressed.
+    let recording = text("plant", "stimulus");
+    let pressed: String = recording.lines().fold(String::new(), |text, line| {
+        let cells: Vec<&str> = line.split(',').collect();
+        text + cells[0] + "," + cells[1] + "\n"
+    });
+    assert!(pressed.starts_with("dt,m\n1,1\n"), "{pressed}");
+    let plant = plants::read(&net, TRUCK_PLANT);
+    let driven = with_plant(&net, &plant, &plants::operation(&net, &pressed)).expect("few ticks");
+    assert_eq!(driven.to_csv(&net), recording);
 }

@@ -84,6 +84,9 @@ pub(crate) struct Page {
     /// Write conditions in the drawing with words (`not a and b`) instead of the signs of Grafcet.
     #[arg(long)]
     pub(crate) words: bool,
+    /// Plant to show and to run with the chart (docs/plant.md); without this option, `NAME.plant` next to the chart is used if it exists.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) plant: Option<String>,
     /// Language of the interface when the page is opened; the page has a switch for it. What the author of the chart wrote is never translated.
     #[arg(long, value_enum, default_value = "en")]
     pub(crate) language: PageLanguage,

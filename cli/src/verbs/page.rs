@@ -18,13 +18,15 @@ pub(crate) fn run(session: &mut Session, arguments: &Page) -> Result<Exit, Stop>
     if session.demands.refuse(&found) || session.is_impossible(&design.net) {
         return Ok(Exit::Errors);
     }
+    let plant = session.plant(&design.net, file, arguments.plant.as_deref())?;
     // A page of a net without a drawing has a list of its steps instead.
     let options = Options { words: arguments.words, ..Options::default() };
     let picture = design.chart.as_ref().and_then(|chart| layout(chart, &options).ok());
     let reference = reference(&design.net, REACTIONS);
     let sources = if arguments.no_source { Vec::new() } else { sources(session) };
     let language = language(arguments.language);
-    let contents = Contents { picture: picture.as_ref(), sources: &sources, language };
+    let contents =
+        Contents { picture: picture.as_ref(), sources: &sources, plant: plant.as_ref(), language };
     let text = match page(&design.net, &reference, &contents) {
         Ok(text) => text,
         Err(found) => {

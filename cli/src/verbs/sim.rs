@@ -22,6 +22,7 @@ use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
 use grafsynth_sim::codes;
 use grafsynth_sim::{
     Clocked, Difference, Expected, Simulator, Stepper, Stimulus, Trace, TraceLayout, run_observed,
+    with_plant,
 };
 use std::path::Path;
 
@@ -70,6 +71,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     else {
         return Ok(Exit::Errors);
     };
+    let stimulus = match arguments.plant.as_deref() {
+        None => stimulus,
+        Some(plant) => match driven(session, net, arguments, plant, &stimulus)? {
+            Some(driven) => driven,
+            None => return Ok(Exit::Errors),
+        },
+    };
     let keeps_state = arguments.restore.is_some() || arguments.save.is_some();
     if keeps_state && engine.name() != "ir" {
         return Err(Stop::Usage("only the engine `ir` can restore and save a state".to_owned()));
@@ -95,6 +103,26 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     fired.insert(0, false);
     write(session, &trace, arguments, Some(net), fired)?;
     Ok(as_expected(session, arguments, &expected, &trace))
+}
+
+/// The inputs as the plant sets them; `None` if they take too many ticks, which is reported.
+fn driven(
+    session: &mut Session,
+    net: &Valid<Net>,
+    arguments: &Sim,
+    plant: &str,
+    stimulus: &Stimulus,
+) -> Result<Option<Stimulus>, Stop> {
+    let Some(plant) = session.plant(net, &arguments.input.file, Some(plant))? else {
+        return Ok(None);
+    };
+    match with_plant(net, &plant, stimulus) {
+        Ok(driven) => Ok(Some(driven)),
+        Err(finding) => {
+            session.show(&[*finding]);
+            Ok(None)
+        }
+    }
 }
 
 /// Refuses options that contradict each other.

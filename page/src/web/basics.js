@@ -3,6 +3,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const session = new Grafsynth.Session(data);
 const machine = session.machine;
+const { plant } = machine;
 const inputs = Grafsynth.given(data);
 const events = inputs.filter((input) => input.kind === "event");
 

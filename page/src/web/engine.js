@@ -203,6 +203,8 @@ const Grafsynth = (() => {
             this.observed = false;
             this.listed = data.steps.filter((step) => step.listed && step.cell !== null).map((step) => [this.places[step.cell], step.name]);
             this.body = list(this, this.program.body);
+            // The plant has its cells after those of the chart.
+            this.plant = data.plant ? new Grafsynth.Plant(this) : null;
             this.reset();
         }
 
@@ -214,6 +216,7 @@ const Grafsynth = (() => {
             this.outputs = this.program.outputs.slice();
             this.effects = this.program.effects.slice();
             this.fault = this.program.fault;
+            this.plant?.reset();
             this.frames = [];
             // The transitions that fired in the last reaction, in order.
             this.fired = [];
@@ -221,6 +224,7 @@ const Grafsynth = (() => {
 
         // One reaction. If the machine is observed, `frames` has one entry for each micro-step: the state before it, and what fires.
         react(inputs, dt) {
+            this.plant?.advance(dt);
             this.inputs = inputs;
             this.dt = dt;
             this.outputs.fill(0);
@@ -232,6 +236,7 @@ const Grafsynth = (() => {
                 this.before = this.cells.slice();
             }
             this.body();
+            this.plant?.hold();
         }
 
         frame() {

@@ -35,6 +35,7 @@ function activeSteps(cells) {
 
 function react(dt = ticks()) {
     micro = null;
+    drive(dt);
     session.react(panel, dt);
     noteCalls();
     for (const input of events) if (!forced.has(input.id)) panel[input.id] = 0;
@@ -63,6 +64,7 @@ function reset() {
     note(null);
     micro = null;
     session.clear();
+    drive(0);
     byId("log").replaceChildren();
     calls = [];
     noteCalls();
@@ -77,18 +79,26 @@ function show(at) {
     // The panel shows the inputs of the row, so that the next reaction continues from there.
     if (session.at > 0) {
         session.inputsOf(session.at).forEach((value, id) => { if (!forced.has(id)) panel[id] = data.inputs[id].kind === "event" ? 0 : value; });
-    }
+    } else drive(0);
     redraw();
 }
 
 // --- running ----------------------------------------------------------------------------------------------------------------------
 
 // Reactions per second; Infinity: as many as fit into one frame of the browser.
-const SPEEDS = [1, 5, 20, 100, 1000, Infinity];
+const SPEEDS = [1, 5, 10, 100, 1000, Infinity];
 
 // The time for the reactions between two pictures, in ms. If pictures take long, reactions may take twice that time, so that a large chart keeps its speed.
 const LEAST = 12;
 const MOST = 60;
+
+// A reaction of a run; true if a breakpoint ends the run.
+function reactInRun() {
+    react();
+    const found = brokenAt();
+    if (found) stopAt(found);
+    return found !== null;
+}
 
 function start() {
     let last = performance.now();
@@ -104,13 +114,8 @@ function start() {
         const begin = performance.now();
         const end = begin + Math.min(Math.max(LEAST, 2 * (passed - used)), MOST);
         while ((owed >= 1 || speed === Infinity) && performance.now() < end) {
-            react();
+            if (reactInRun()) return;
             owed -= 1;
-            const found = brokenAt();
-            if (found) {
-                stopAt(found);
-                return;
-            }
         }
         if (speed === Infinity) owed = 0;
         used = performance.now() - begin;
@@ -176,6 +181,7 @@ function draw() {
     drawChart(cells, active, states);
     drawInputs();
     drawResults();
+    drawScene(cells);
     drawBars();
     drawClock();
     drawQueue(cells);
@@ -213,7 +219,7 @@ function drawClock() {
 let announced = new Map();
 function announce(active) {
     const now = new Map([["", [...active].map((at) => data.steps[at]).filter((step) => step.listed).map((step) => step.name).join(", ")]]);
-    for (const result of results) now.set(result.name, String(result.read()));
+    for (const result of [...results, ...quantities]) now.set(result.name, String(result.read()));
     const news = [];
     for (const [name, value] of now) {
         if (announced.get(name) === value) continue;

@@ -2,11 +2,19 @@
 
 function set(input, value, reacts = true) {
     if (panel[input.id] === value) return;
+    // What the plant drives is forced by hand.
+    if (driven.has(input.id) && !forced.has(input.id)) toggleForce(input);
     // A statechart may allow one event per reaction.
     if (data.exclusive && input.kind === "event" && value === 1) for (const one of inputs) if (one.kind === "event") panel[one.id] = 0;
     panel[input.id] = value;
-    if (reacts && byId("auto").checked && running === null) react();
-    else redraw();
+    if (!reacts || !byId("auto").checked) redraw();
+    // A run does not wait for its next reaction, which a short press could miss.
+    else if (running !== null) reactInRun();
+    else {
+        react();
+        // With a plant, time goes on.
+        if (plant) start();
+    }
 }
 
 // Keys for the inputs: digits, then the letters that no command uses.
@@ -18,7 +26,8 @@ const pressed = (input) => (input.type ? controls.get(input).focus() : set(input
 
 function makeInput(input) {
     const key = keyOf.get(input);
-    const row = make("li", {}, who(input));
+    const notes = [input.label, driven.has(input.id) ? word("drivenBy") : null].filter((one) => one);
+    const row = make("li", {}, who({ ...input, label: notes.join(" · ") }));
     const isForced = forced.has(input.id);
     const forceName = word("forceOf", { name: input.name });
     const force = make("button", { type: "button", class: "force", "aria-pressed": isForced, "aria-label": forceName, title: word("forceHelp") }, "⚑");
@@ -41,7 +50,8 @@ function makeInput(input) {
         return row;
     }
     if (input.kind === "event") {
-        const raise = make("button", { ...attributes, type: "button", class: "switch", "aria-pressed": "false" }, "");
+        const name = word("keyRaise", { name: input.name });
+        const raise = make("button", { ...attributes, type: "button", class: "switch", "aria-label": name, "aria-pressed": "false" }, "");
         raise.addEventListener("click", () => pressed(input));
         controls.set(input, raise);
         row.append(raise);
@@ -78,6 +88,7 @@ function toggleForce(input) {
     if (!forced.delete(input.id)) forced.add(input.id);
     forceButtons.get(input.id).setAttribute("aria-pressed", forced.has(input.id));
     forceButtons.get(input.id).closest("li").classList.toggle("is-forced", forced.has(input.id));
+    drive(0);
     drawForced();
     redraw();
 }
@@ -111,7 +122,7 @@ function drawInputs() {
         if (input.kind === "event") {
             control.setAttribute("aria-pressed", value === 1);
             control.classList.toggle("raised", value === 1);
-            control.textContent = word(value === 1 ? "raised" : "raise");
+            control.textContent = `${value === 1 ? "●" : "○"} ${word("raise")}`;
         } else {
             control.setAttribute("aria-checked", value === 1);
             control.textContent = value === 1 ? "● 1" : "○ 0";
@@ -144,7 +155,7 @@ function makeResult(result) {
 }
 
 function drawResults() {
-    for (const result of results) {
+    for (const result of [...results, ...quantities]) {
         const value = result.read();
         if (!isNew(result, value)) continue;
         if (result.gauge) {

@@ -145,11 +145,11 @@
 
         trace() { return trace(this.data, this.rows()); }
 
-        // The ticks until something that depends on time changes; null if no timer runs towards a threshold.
+        // The ticks until something that depends on time or on the plant changes; null if no timer runs towards a threshold, and nothing moves.
         toThreshold(values) {
             const machine = this.machine;
             this.runs ||= this.data.timers.map((timer) => machine.evaluator(timer.runs));
-            let nearest = null;
+            let nearest = machine.plant ? machine.plant.toChange() : null;
             this.data.timers.forEach((timer, n) => {
                 if (!this.runs[n](values, 0)) return;
                 const now = machine.cells[machine.places[timer.cell]];

@@ -20,11 +20,12 @@ function build() {
     litRows = new Set();
     const mode = data.stable === null ? word("single") : word("stable", { limit: data.stable });
     byId("facts").textContent = word("facts", { mode, policy: data.policy, tick: duration(1) });
-    const speed = byId("speed").value || 1;
+    const speed = byId("speed").value || realTime;
     byId("speed").replaceChildren(...SPEEDS.map((one, at) => make("option", { value: at }, one === Infinity ? word("fastest") : `${one} / s`)));
     byId("speed").value = speed;
     fill("inputs", inputs.map(makeInput));
     fill("outputs", results.map(makeResult));
+    buildScene();
     stepList.replaceChildren(...outline(null));
     stepList.classList.toggle("many", data.steps.length > MANY_STEPS);
     if (stepList.children.length === 0) byId("steps-section").hidden = true;
@@ -61,6 +62,7 @@ byId("language").addEventListener("change", () => {
 byId("dt").max = data.maxDt;
 byId("queue-section").hidden = !hasQueue;
 makeSource();
+drive(0);
 if (svg) {
     // A drawing that is a little too wide is made smaller; a very wide one would be illegible, and is scrolled.
     const [wide, room] = [number(svg, "width"), byId("drawing").clientWidth];

@@ -3,7 +3,9 @@
 const LANGUAGES = { en: "English", fr: "Français", de: "Deutsch", es: "Español", pt: "Português" };
 let language = data.language;
 
-const template = (key) => WORDS[key][Object.keys(LANGUAGES).indexOf(language)];
+// A line of the table has a key and its words, in the order of the languages.
+const TABLE = new Map(WORDS.split("\n").map((line) => line.split("|")).map(([key, ...words]) => [key, words]));
+const template = (key) => TABLE.get(key)[Object.keys(LANGUAGES).indexOf(language)];
 
 // A word or a sentence, with values in the places that the table names in braces.
 const word = (key, values = {}) => template(key).replace(/\{(\w+)\}/g, (_, name) => clean(values[name]));

@@ -34,13 +34,93 @@ async function truck(tab) {
     await tab.value(PICTURE);
     expect(await tab.value(ACTIVE), "p2", "row 1");
     await tab.key("End");
-    // What would be saved as a file.
+    return { reference, ...await saved(tab) };
+}
+
+// The stimulus and the trace that would be saved as files.
+async function saved(tab) {
     await tab.value(`{ const create = URL.createObjectURL; URL.createObjectURL = (blob) => { window.saved = blob; return create.call(URL, blob); }; }`);
-    const saved = async (id) => {
+    const text = async (id) => {
         await tab.value(`document.getElementById("${id}").click()`);
         return tab.value("saved.text()");
     };
-    return { reference, stimulus: await saved("save-stimulus"), trace: await saved("save-trace") };
+    return { stimulus: await text("save-stimulus"), trace: await text("save-trace") };
+}
+
+// Moves the slider to a row.
+async function scrub(tab, row) {
+    await tab.value(`{ const scrub = document.getElementById("scrub"); scrub.value = ${row}; scrub.dispatchEvent(new Event("input")); scrub.dispatchEvent(new Event("change")); }`);
+    await tab.value(PICTURE);
+}
+
+// The place of the truck in the picture of its plant.
+const TRUCK_AT = `Number(document.querySelector("#plant rect.blue").getAttribute("x"))`;
+
+// One press of a button, and the plant drives the truck through its cycle. Its picture follows, in the past too, and a sensor that fails stays as it is.
+async function plant(tab) {
+    await tab.open(address("plant.html"));
+    await tab.value(PICTURE);
+    expect(await tab.value(TRUCK_AT), 10, "the truck at first");
+    // 1000 reactions per second.
+    await tab.value(`document.getElementById("speed").value = 4`);
+    await tab.keys("11");
+    for (const situation of ["p3", "p4", "p1"]) await tab.until(`${ACTIVE} === "${situation}"`);
+    await tab.key("p");
+    const found = await saved(tab);
+    const rows = found.trace.trim().split("\n").map((line) => line.split(","));
+    const loading = rows.findIndex((row) => row[rows[0].indexOf("steps")] === "p3") - 1;
+    await scrub(tab, loading);
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT)], ["p3", 110], "at the hopper");
+    await scrub(tab, 0);
+    expect(await tab.value(TRUCK_AT), 10, "row 0");
+    // The first threshold is where the truck leaves the left limit, the second the right limit: 100 units take 500 ticks of 10 ms.
+    await tab.value(`document.getElementById("auto").click()`);
+    await tab.keys("x1rtt");
+    await tab.value(PICTURE);
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT)], ["p3", 110], "at the next threshold");
+    expect(await tab.value(`${shown("clock")}.includes("5.01 s")`), true, await text(tab, "clock"));
+    // The right limit is forced.
+    await tab.keys("x2rr");
+    await tab.value(PICTURE);
+    expect(await text(tab, "forced").then((one) => one.startsWith("⚑ Forced: b.")), true, await text(tab, "forced"));
+    expect([await tab.value(ACTIVE), await tab.value(TRUCK_AT) < 15], ["p3", true], "a sensor that fails");
+    return found;
+}
+
+// The same cycle with the mouse, on the switches of the panel.
+async function panel(tab, { truck }) {
+    await tab.open(address("truck.html"));
+    for (const input of [0, 0, 1, 1, 2, 2, 3, 3]) await tab.press(`#input-${input}`);
+    for (const id of ["micro", "micro", "react", "react"]) await tab.press(`#${id}`);
+    await tab.value(PICTURE);
+    const recording = await tab.value("document.getElementById('recording').closest('details').open = true, new Promise((done) => setTimeout(() => done(document.getElementById('recording').value), 50))");
+    expect(recording, truck.stimulus, "the recording of the mouse");
+}
+
+// A trace is loaded and played on the drawing, and one with another cell is reported; the slider shows each of its reactions.
+async function playing(tab, { truck }) {
+    await tab.open(address("truck.html"));
+    const load = async (name, content) => {
+        files.writeFileSync(name, content);
+        const { root } = await tab.send("DOM.getDocument");
+        const { nodeId } = await tab.send("DOM.querySelector", { nodeId: root.nodeId, selector: "#load" });
+        await tab.send("DOM.setFileInputFiles", { nodeId, files: [path.resolve(name)] });
+        await tab.until(`document.getElementById("loaded").textContent.startsWith("${name}: ")`);
+        await tab.value(PICTURE);
+        return tab.value(shown("loaded"));
+    };
+    const lines = truck.trace.trim().split("\n");
+    const [header, rows] = [lines[0].split(","), lines.length - 2];
+    const cells = rows * header.filter((name) => !["scan", "dt", "m", "b", "p", "a"].includes(name)).length;
+    expect(await load("trace.csv", truck.trace), `trace.csv: ${rows} rows played. ${cells} expected cells are equal.`, "a loaded trace");
+    for (const row of [2, 5, 1, rows]) {
+        await scrub(tab, row);
+        expect(await tab.value(ACTIVE), lines[row + 1].split(",")[header.indexOf("steps")], `the situation of row ${row}`);
+    }
+    const spoiled = lines.map((line, at) => (at === 4 ? line.replace("p3", "p4") : line)).join("\n");
+    expect(spoiled === lines.join("\n"), false, "row 3 is spoiled");
+    expect((await load("spoiled.csv", spoiled)).endsWith("Row 3, steps: expected p4, found p3"), true, await text(tab, "loaded"));
+    expect(await load("other.csv", "dt,x\n1,1\n"), "other.csv: line 1: the chart has no input `x`", "a stimulus of another chart");
 }
 
 const click = (tab, selector) => tab.value(`document.querySelector(${JSON.stringify(selector)}).click()`);
@@ -232,8 +312,8 @@ async function again(tab) {
     expect(await tab.value(`document.getElementById("scrub").max`), "0", "reactions of another chart");
 }
 
-// Each scenario with its page.
-const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"], [again, "kept"]];
+// Each scenario with its page; it gets the results of those before it.
+const SCENARIOS = [[truck, "truck"], [panel, "truck"], [playing, "truck"], [plant, "plant"], [debugging, "truck"], [transient, "stable"], [reading, "truck"], [queue, "queue"], [hostile, "hostile"], [again, "kept"]];
 
 (async () => {
     const browser = new Chromium(process.argv[2], path.resolve("profile"));
@@ -242,7 +322,7 @@ const SCENARIOS = [[truck, "truck"], [debugging, "truck"], [transient, "stable"]
     for (const [scenario, page] of SCENARIOS) {
         const { name } = scenario;
         const tab = await browser.tab();
-        results[name] = await scenario(tab);
+        results[name] = await scenario(tab, results);
         expect(tab.problems, [], `${name}: problems in the console`);
         const own = [address(`${page}.html`), "about:blank"];
         expect(tab.requests.filter((one) => !one.startsWith("blob:") && !own.includes(one.split("#")[0])), [], `${name}: requests`);

@@ -105,6 +105,17 @@ class Tab {
         await this.send("Input.dispatchKeyEvent", { type: "keyUp", key, windowsVirtualKeyCode: code });
     }
 
+    // Presses and releases the mouse in the middle of an element.
+    async press(selector) {
+        const [x, y] = await this.value(`{
+            const element = document.querySelector(${JSON.stringify(selector)});
+            element.scrollIntoView({ block: "center" });
+            const box = element.getBoundingClientRect();
+            [box.x + box.width / 2, box.y + box.height / 2];
+        }`);
+        for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+    }
+
     async keys(text) { for (const key of text) await this.key(key); }
 }
 
