@@ -4,8 +4,8 @@ use crate::reader::{Action, Region, Step, Transition};
 use grafsynth_draw::Style;
 use grafsynth_frontend::graf;
 use grafsynth_ir::chart::{
-    ActionHow, Block, Chart, DeclarationKind, Design, Expr, ForceOrder, Item, Leaf, Length, Path,
-    StepItemKind, StepRole, Stmt, StmtKind,
+    ActionHow, ArgumentValue, Block, Chart, DeclarationKind, Design, Expr, ForceOrder, Item, Leaf,
+    Length, Path, StepItemKind, StepRole, Stmt, StmtKind,
 };
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::{FileId, Name, Span};
@@ -119,6 +119,12 @@ impl Vocabulary {
             known: RefCell::default(),
         };
         design.charts.iter().for_each(|chart| vocabulary.add(&chart.items));
+        for library in &design.libraries {
+            let parameters = library.parameters.iter();
+            let parameters = parameters.map(|one| Item::Declaration(one.declaration.clone()));
+            vocabulary.add(&parameters.collect::<Vec<_>>());
+            vocabulary.add(&library.items);
+        }
         vocabulary
     }
 
@@ -424,6 +430,24 @@ pub(crate) fn region(heading: String, items: &[Item], style: Style) -> Region {
             }
             Item::Macro(one) => {
                 region.inner.push(self::region(format!("M {}", one.name.text), &one.items, style));
+            }
+            Item::Use(one) => {
+                let name = format!("{} : {}", one.name.text, one.library.text);
+                let step = Step {
+                    is_initial: false,
+                    kind: "step".into(),
+                    left: String::new(),
+                    actions: Vec::new(),
+                };
+                region.steps.insert(name, step);
+                for argument in &one.arguments {
+                    // Arguments that are read have conditions in words; only those that are driven are compared.
+                    let name = plain(&argument.parameter.text);
+                    if let ArgumentValue::Drives(target) = &argument.value {
+                        region.remarks.push(format!("{name} → {}", dotted(target)));
+                    }
+                }
+                label(&mut region, &one.meta.label);
             }
             _ => {}
         }

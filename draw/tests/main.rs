@@ -4,6 +4,7 @@
 
 mod expected;
 mod gallery;
+mod measures;
 mod pages;
 mod random;
 mod read_back;

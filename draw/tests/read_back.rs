@@ -2,7 +2,7 @@
 
 use crate::expected::{self, Vocabulary};
 use crate::random::random_chart;
-use crate::reader::{self, Region, Shapes};
+use crate::reader::{self, Line, Rect, Region, Shapes};
 use grafsynth_draw::{Options, Style, layout, svg};
 use grafsynth_frontend::graf;
 use grafsynth_ir::FileId;
@@ -44,14 +44,17 @@ fn difference_in(
         Err(why) => return Some(why),
     };
     let headings = |one: &Region| one.heading.clone();
-    let charts: Vec<Region> = if design.charts.len() == 1 { vec![read] } else { read.inner };
-    if charts.len() != design.charts.len() {
+    let n_frames = design.charts.len() + design.libraries.len();
+    let charts: Vec<Region> = if n_frames == 1 { vec![read] } else { read.inner };
+    if charts.len() != n_frames {
         return Some(format!("{} charts", charts.len()));
     }
-    charts.iter().zip(&design.charts).find_map(|(read, chart)| {
-        let kind = if style == Style::Sfc { "SFC" } else { "G" };
-        let heading = format!("{kind} {}", chart.name.text);
-        let expected = expected::region(heading, &chart.items, style);
+    let kind = if style == Style::Sfc { "SFC" } else { "G" };
+    let all = design.charts.iter().map(|chart| (kind, &chart.name.text, &chart.items));
+    let libraries = design.libraries.iter();
+    let all = all.chain(libraries.map(|library| ("library", &library.name.text, &library.items)));
+    charts.iter().zip(all).find_map(|(read, (kind, name, items))| {
+        let expected = expected::region(format!("{kind} {name}"), items, style);
         compare(style, &expected, read, vocabulary)
             .map(|why| format!("{}: {why}", headings(&expected)))
     })
@@ -139,17 +142,24 @@ fn understood(
     Ok(region)
 }
 
-/// Everything that must not be in a drawing: overlapping boxes or texts, two links on one line, links through texts.
+/// Everything that must not be in a drawing: boxes, links, bars or texts that overlap or are nearer than 2 pixels, two links on one line, links through boxes
+/// or texts, and texts over borders.
 fn flaws(svg: &str) -> Option<String> {
-    let Shapes { boxes, links, texts, .. } = reader::shapes(svg).expect("it is there");
-    for (index, one) in boxes.iter().enumerate() {
-        if let Some(other) = boxes[..index].iter().find(|other| !one.is_apart(other, 2)) {
+    let Shapes { boxes, frames, links, bars, texts, .. } =
+        reader::shapes(svg).expect("it is there");
+    let area =
+        |line: &Line| Rect { x: line.x1, y: line.y1, w: line.x2 - line.x1, h: line.y2 - line.y1 };
+    let bars: Vec<Rect> =
+        (bars.iter().map(area)).map(|bar| Rect { y: bar.y - 2, h: bar.h + 4, ..bar }).collect();
+    let solid: Vec<Rect> = boxes.iter().chain(&bars).copied().collect();
+    for (index, one) in solid.iter().enumerate() {
+        if let Some(other) = solid[..index].iter().find(|other| !one.is_apart(other, 2)) {
             return Some(format!("boxes {one:?} {other:?}"));
         }
     }
+    let overlap = |a: (i64, i64), b: (i64, i64)| a.0.max(b.0) < a.1.min(b.1);
     for (index, one) in links.iter().enumerate() {
-        let is_same = |other: &&reader::Line| {
-            let overlap = |a: (i64, i64), b: (i64, i64)| a.0.max(b.0) < a.1.min(b.1);
+        let is_same = |other: &&Line| {
             one.x1 == one.x2
                 && other.x1 == other.x2
                 && (one.x1 - other.x1).abs() < 2
@@ -162,22 +172,42 @@ fn flaws(svg: &str) -> Option<String> {
         if let Some(other) = links[..index].iter().find(is_same) {
             return Some(format!("links {one:?} {other:?}"));
         }
+        // A link ends at the border of a box, and never runs in it or along it.
+        let is_through = |rect: &&Rect| {
+            let (x, y) = ((one.x1, one.x2), (one.y1, one.y2));
+            let wide = (rect.x - 2, rect.x + rect.w + 2);
+            let high = (rect.y - 2, rect.y + rect.h + 2);
+            x.0 == x.1 && wide.0 < x.0 && x.0 < wide.1 && overlap(y, (rect.y, rect.y + rect.h))
+                || y.0 == y.1
+                    && high.0 < y.0
+                    && y.0 < high.1
+                    && overlap(x, (rect.x, rect.x + rect.w))
+        };
+        if let Some(rect) = solid.iter().find(is_through) {
+            return Some(format!("link {one:?} {rect:?}"));
+        }
     }
-    let areas: Vec<reader::Rect> = texts
-        .iter()
-        .map(|text| reader::Rect { x: text.x, y: text.y - 9, w: text.width, h: 11 })
-        .collect();
+    let around: Vec<&Rect> = boxes.iter().chain(&frames).collect();
+    let areas: Vec<Rect> =
+        texts.iter().map(|text| Rect { x: text.x, y: text.y - 9, w: text.width, h: 11 }).collect();
     for (index, one) in areas.iter().enumerate() {
-        if let Some(other) = areas[..index].iter().find(|other| !one.is_apart(other, 0)) {
+        // The parts of one line touch each other.
+        let is_near = |other: &&Rect| !one.is_apart(other, if one.y == other.y { 0 } else { 2 });
+        if let Some(other) = areas[..index].iter().find(is_near) {
             return Some(format!("texts {one:?} {other:?}"));
         }
-        let is_through = |line: &&reader::Line| {
-            let area =
-                reader::Rect { x: line.x1, y: line.y1, w: line.x2 - line.x1, h: line.y2 - line.y1 };
-            !one.is_apart(&area, 0)
-        };
-        if let Some(line) = links.iter().find(is_through) {
+        if let Some(line) = links.iter().find(|line| !one.is_apart(&area(line), 0)) {
             return Some(format!("text {:?} {line:?}", texts[index]));
+        }
+        let is_over = |rect: &&&Rect| {
+            let inner = Rect { x: one.x - 2, y: one.y - 2, w: one.w + 4, h: one.h + 4 };
+            !one.is_apart(rect, 2) && !rect.encloses(&inner)
+        };
+        if let Some(rect) = around.iter().find(is_over) {
+            return Some(format!("text {:?} {rect:?}", texts[index]));
+        }
+        if let Some(bar) = bars.iter().find(|bar| !one.is_apart(bar, 2)) {
+            return Some(format!("text {:?} {bar:?}", texts[index]));
         }
     }
     None

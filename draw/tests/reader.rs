@@ -23,7 +23,7 @@ impl Rect {
     }
 
     /// True if the other rectangle is inside of this one.
-    fn encloses(&self, other: &Rect) -> bool {
+    pub(crate) fn encloses(&self, other: &Rect) -> bool {
         self.contains((other.x, other.y)) && self.contains((other.x + other.w, other.y + other.h))
     }
 

@@ -204,7 +204,7 @@ fn state(one: &State, scope: &[String], known: &[Known], out: &mut Meaning) {
 fn about(meta: &Meta) -> Vec<String> {
     let mut all = Vec::new();
     if !meta.label.is_empty() {
-        all.push(format!("\"{}\"", meta.label));
+        all.push(format!("\"{}\"", meta.label.replace('\\', "\\\\").replace('"', "\\\"")));
     }
     if !meta.req.is_empty() {
         all.push(format!("req {}", meta.req.join(", ")));
@@ -579,6 +579,11 @@ fn circles(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Circle>, String> 
             continue;
         }
         let left = x + radius + 5;
+        // A text in a box that the circle is not in belongs to the box.
+        let is_elsewhere = |text: &Text| {
+            let boxes = drawing.boxes.iter().filter(|it| within(it, (text.x, text.y)));
+            { boxes }.any(|it| !within(it, (x, y)))
+        };
         for (index, text) in drawing.texts.iter().enumerate() {
             if (text.x - x).abs() < radius && (text.y - y).abs() < radius {
                 circle.kind = match text.text.as_str() {
@@ -586,7 +591,10 @@ fn circles(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Circle>, String> 
                     "H*" => "deep history",
                     _ => continue,
                 };
-            } else if [left, left + 12].contains(&text.x) && (text.y - y).abs() < 60 {
+            } else if [left, left + 12].contains(&text.x)
+                && (text.y - y).abs() < 60
+                && !is_elsewhere(text)
+            {
                 if text.class == "s" {
                     circle.remarks = format!("{} {}", circle.remarks, text.text);
                 } else if circle.name.is_empty() {
@@ -975,7 +983,7 @@ fn the_drawings_of_statecharts_are_these_charts() {
 
 #[test]
 fn the_drawings_of_random_statecharts_are_these_charts() {
-    for seed in 0..60 {
+    for seed in 0..crate::read_back::rounds(60, 2_000) {
         let text = random(seed);
         check(&crate::read_back::parsed(&text), &format!("{seed}\n{text}"));
     }
@@ -986,8 +994,10 @@ fn the_drawings_of_random_statecharts_are_these_charts() {
 fn spoiled_drawings_of_statecharts_are_noticed() {
     let mut n_spoiled = 0;
     let mut charts = all_charts();
-    charts
-        .extend((0..6).map(|seed| ("random".to_owned(), crate::read_back::parsed(&random(seed)))));
+    charts.extend(
+        (0..crate::read_back::rounds(6, 60))
+            .map(|seed| ("random".to_owned(), crate::read_back::parsed(&random(seed)))),
+    );
     for (name, design) in charts {
         let svg = drawn(&design);
         let lines: Vec<&str> = svg.lines().collect();
@@ -1057,8 +1067,10 @@ impl Random {
 
     fn name(&mut self) -> String {
         self.n_names += 1;
-        let name = match self.below(6) {
+        let name = match self.below(9) {
             0 => format!("a_state_with_a_very_long_name_{}", self.n_names),
+            1 => format!("`<b>\u{65e5}\u{672c} & {}</b>`", self.n_names),
+            2 => format!("`state {} of it`", self.n_names),
             _ => format!("s{}", self.n_names),
         };
         self.paths.push(name.clone());
@@ -1068,7 +1080,11 @@ impl Random {
     fn state(&mut self, depth: usize) {
         let name = self.name();
         let is_parallel = depth < 3 && self.below(5) == 0;
-        let label = if self.below(6) == 0 { " \"a comment\"" } else { "" };
+        let label = match self.below(12) {
+            0 => " \"a comment\"",
+            1 => " \"says \\\"go\\\" & <waits>, then \\\\\"",
+            _ => "",
+        };
         let word = if is_parallel { "parallel" } else { "state" };
         let _ = writeln!(self.text, "{word} {name}{label} {{");
         for _ in 0..self.below(3) {
