@@ -237,4 +237,38 @@ mod tests {
         }
         assert_eq!((face.glyph('日'), face.glyph('🚀')), (None, None));
     }
+
+    /// The whole file has only what is read here: widths for all glyphs, and glyphs of parts that are moved, but not scaled, and have no parts themselves.
+    #[test]
+    fn all_glyphs_of_the_file_are_understood() {
+        const ARE_DISTANCES: u16 = 2;
+        const ARE_SCALED: u16 = 8 | 0x40 | 0x80;
+        let face = Face::sans();
+        let n_glyphs = face.loca.len() / 2 - 1;
+        assert!(n_glyphs > 500 && face.hmtx.len() == 4 * n_glyphs, "{n_glyphs}");
+        for glyph in 0..n_glyphs {
+            let data = face.description(glyph);
+            let parts = face.parts(glyph);
+            if !data.is_empty() && i16_at(data, 0) < 0 {
+                let mut at = 10;
+                for (part, ..) in &parts {
+                    let flags = u16_at(data, at);
+                    assert!(flags & ARE_DISTANCES != 0 && flags & ARE_SCALED == 0, "{glyph}");
+                    assert!(i16_at(face.description(*part), 0) >= 0, "{glyph}");
+                    at += if flags & 1 == 0 { 6 } else { 8 };
+                }
+            }
+            // Everything is in the box that the glyph says it has.
+            let points: Vec<(i64, i64)> = face.contours(glyph).concat();
+            let bounds = [2, 4, 6, 8].map(|at| i16_at(data, at));
+            let of = |key: fn(&(i64, i64)) -> i64| {
+                let all = || points.iter().map(key);
+                (all().min().unwrap_or(0), all().max().unwrap_or(0))
+            };
+            let ((left, right), (low, high)) = (of(|it| it.0), of(|it| it.1));
+            for (is, must) in [left, low, right, high].into_iter().zip(bounds) {
+                assert!((is - must).abs() <= 1, "{glyph}: {is} instead of {must}");
+            }
+        }
+    }
 }

@@ -4,12 +4,19 @@ use crate::Rendered;
 use crate::ink::{self, BLACK};
 use crate::outlines::{Face, UNITS};
 use crate::pages::Page;
-use crate::picture::{Font, Pen, Picture, Shape, Way};
+use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::raster::{Canvas, ONE, Point};
+use miniz_oxide::deflate::core::{
+    CompressorOxide, TDEFLFlush, compress_to_output, create_comp_flags_from_zip_params,
+};
 use std::collections::BTreeSet;
 
-/// The largest number of pixels of a file: its canvas takes three bytes for each.
-const MOST_PIXELS: i64 = 100_000_000;
+/// The largest number of pixels of a file: browsers show no larger ones.
+const MOST_PIXELS: i64 = 250_000_000;
+/// The rows of pixels that are in memory at a time.
+const BAND: i64 = 256;
+/// How far a shape reaches beyond its bounds, in pixels of the drawing: arrowheads, thick lines, accents.
+const REACH: i64 = 8;
 
 /// The pixels of a drawing that are too many for a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +30,7 @@ pub struct TooLarge {
 /// Writes a drawing as a PNG file with `scale` pixels for each pixel of the drawing, in the size of the SVG file. The same drawing gives the same bytes.
 ///
 /// # Errors
-/// Returns [`TooLarge`] if the file would have more than 100 million pixels.
+/// Returns [`TooLarge`] if the file would have more than 250 million pixels.
 pub fn png(picture: &Picture, scale: u8) -> Result<Rendered, TooLarge> {
     // 96 pixels are one inch.
     file(picture, scale, i64::from(scale) * 960_000 / 254)
@@ -40,7 +47,8 @@ pub fn page_png(page: &Page, scale: u8) -> Result<Rendered, TooLarge> {
 /// The file; `per_metre` is the number of its pixels in one metre.
 fn file(picture: &Picture, scale: u8, per_metre: i64) -> Result<Rendered, TooLarge> {
     let unit = i64::from(scale.max(1));
-    let (width, height) = (picture.width.max(1) * unit, picture.height.max(1) * unit);
+    let pixels = |length: i64| length.max(1).saturating_mul(unit);
+    let (width, height) = (pixels(picture.width), pixels(picture.height));
     let too_large = TooLarge { width, height };
     if width.saturating_mul(height) > MOST_PIXELS {
         return Err(too_large);
@@ -48,12 +56,32 @@ fn file(picture: &Picture, scale: u8, per_metre: i64) -> Result<Rendered, TooLar
     let (Ok(wide), Ok(high)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err(too_large);
     };
-    let canvas = Canvas::new(wide as usize, high as usize);
-    let mut brush = Brush { canvas, unit, face: Face::sans(), missing: BTreeSet::new() };
-    picture.marks.iter().for_each(|mark| brush.draw(&mark.shape));
-    let Brush { canvas, missing, .. } = brush;
+    let mut writer = Writer::new((wide, high), is_gray(picture));
+    let mut brush =
+        Brush { canvas: Canvas::new(0, 0..0), unit, face: Face::sans(), missing: BTreeSet::new() };
+    let mut top = 0;
+    while top < height {
+        let end = (top + BAND).min(height);
+        brush.canvas = Canvas::new(wide as usize, top..end);
+        let (from, to) = (top / unit - REACH, end / unit + REACH);
+        for mark in &picture.marks {
+            let (_, upper, _, lower) = mark.bounds();
+            if upper <= to && lower >= from {
+                brush.draw(&mark.shape);
+            }
+        }
+        brush.canvas.rows().for_each(|row| writer.row(row));
+        top = end;
+    }
     let per_metre = u32::try_from(per_metre).unwrap_or(0);
-    Ok(Rendered { bytes: encoded(&canvas, (wide, high), per_metre), missing })
+    Ok(Rendered { bytes: writer.file(per_metre), missing: brush.missing })
+}
+
+/// True if no mark has a colour.
+fn is_gray(picture: &Picture) -> bool {
+    let is_coloured =
+        |mark: &Mark| matches!(&mark.shape, Shape::Rect { pen, .. } if ink::area(*pen).is_some());
+    !picture.marks.iter().any(is_coloured)
 }
 
 /// Draws shapes on a canvas.
@@ -73,7 +101,7 @@ impl Brush {
                 let (from, to) = ((*x, *y), (x + width, y + height));
                 match ink::area(*pen) {
                     Some(colour) => {
-                        self.canvas.fill_rect(self.at(from, 0), self.at(to, 0), colour);
+                        self.canvas.fill_rect(self.at(from), self.at(to), colour);
                     }
                     None if *pen == Pen::State => self.rounded(from, to),
                     None => self.border(from, to, *pen),
@@ -83,16 +111,16 @@ impl Brush {
             Shape::Line { from, to, pen } => self.line(*from, *to, *pen),
             Shape::Crossing { x, y } => {
                 let (from, to) = ((x - ink::CROSSING, y - 2), (x + ink::CROSSING, y + 2));
-                self.canvas.fill_rect(self.at(from, 0), self.at(to, 0), [255; 3]);
+                self.canvas.fill_rect(self.at(from), self.at(to), [255; 3]);
             }
             Shape::Arrow { x, y, way } => {
                 let back = if *way == Way::Up { y + 9 } else { y - 9 };
                 let outline = [(*x, *y), (x - 4, back), (x + 4, back)];
-                let outline = outline.map(|point| self.at(point, 0)).to_vec();
+                let outline = outline.map(|point| self.at(point)).to_vec();
                 self.canvas.fill(&[outline], BLACK);
             }
             Shape::Circle { x, y, radius, is_filled } => {
-                let middle = self.at((*x, *y), 0);
+                let middle = self.at((*x, *y));
                 let at = |radius| arc_points(radius).map(|(dx, dy)| (middle.0 + dx, middle.1 + dy));
                 let radius = radius * self.unit * ONE;
                 if *is_filled {
@@ -109,16 +137,15 @@ impl Brush {
         }
     }
 
-    /// A point on the canvas, moved down and to the right by halves of a pixel of the drawing.
-    fn at(&self, (x, y): (i64, i64), halves: i64) -> Point {
-        let scaled = |length: i64| (2 * length + halves) * self.unit * ONE / 2;
-        (scaled(x), scaled(y))
+    /// A point of the drawing on the canvas.
+    fn at(&self, (x, y): (i64, i64)) -> Point {
+        (x * self.unit * ONE, y * self.unit * ONE)
     }
 
     fn line(&mut self, from: (i64, i64), to: (i64, i64), pen: Pen) {
         let stroke = ink::stroke(pen);
         let half = stroke.halves * self.unit * ONE / 4;
-        let (from, to) = (self.at(from, 0), self.at(to, 0));
+        let (from, to) = (self.at(from), self.at(to));
         if from.0 == to.0 || from.1 == to.1 {
             // The ends are where the line ends, not half its thickness further.
             let (wide, high) = if from.0 == to.0 { (half, 0) } else { (0, half) };
@@ -155,21 +182,22 @@ impl Brush {
     fn border(&mut self, from: (i64, i64), to: (i64, i64), pen: Pen) {
         let stroke = ink::stroke(pen);
         let half = stroke.halves * self.unit * ONE / 4;
-        let ((left, top), (right, bottom)) = (self.at(from, 0), self.at(to, 0));
-        let mut fill = |from, to| self.canvas.fill_rect(from, to, stroke.colour);
-        for y in [top, bottom] {
-            fill((left - half, y - half), (right + half, y + half));
-        }
-        for x in [left, right] {
-            fill((x - half, top + half), (x + half, bottom - half));
-        }
+        let ((left, top), (right, bottom)) = (self.at(from), self.at(to));
+        // Both outlines are one area: where two sides met, their pixels would be mixed twice.
+        let outline = |by: i64| {
+            let (left, top, right, bottom) = (left - by, top - by, right + by, bottom + by);
+            vec![(left, top), (right, top), (right, bottom), (left, bottom)]
+        };
+        let mut inner = outline(-half);
+        inner.reverse();
+        self.canvas.fill(&[outline(half), inner], stroke.colour);
     }
 
     /// The border of a state.
     fn rounded(&mut self, from: (i64, i64), to: (i64, i64)) {
         let stroke = ink::stroke(Pen::State);
         let half = stroke.halves * self.unit * ONE / 4;
-        let ((left, top), (right, bottom)) = (self.at(from, 0), self.at(to, 0));
+        let ((left, top), (right, bottom)) = (self.at(from), self.at(to));
         let round = ink::ROUND * self.unit * ONE;
         // From quarter to quarter, clockwise from the right.
         let middles = [(right - round, bottom - round), (left + round, bottom - round)]
@@ -204,7 +232,7 @@ impl Brush {
         }
         let natural: i64 = glyphs.iter().map(|glyph| self.face.advance(*glyph)).sum();
         let (wide, high) = (width * self.unit * ONE, font.size() * self.unit * ONE);
-        let start = self.at((x, y), 0);
+        let start = self.at((x, y));
         let mut along = 0;
         for glyph in glyphs {
             let contours = self.face.contours(glyph);
@@ -254,38 +282,74 @@ fn arc_points(radius: i64) -> impl Iterator<Item = Point> {
     })
 }
 
-/// The file of a canvas (ISO/IEC 15948).
-fn encoded(canvas: &Canvas, (width, height): (u32, u32), per_metre: u32) -> Vec<u8> {
-    let is_gray =
-        canvas.rows().all(|row| row.chunks_exact(3).all(|it| it[0] == it[1] && it[1] == it[2]));
-    // Each row is the difference from the row above, which is 0 for the most part.
-    const UP: u8 = 2;
-    let step = if is_gray { 3 } else { 1 };
-    let n_bytes = width as usize * 3 / step;
-    let mut data = Vec::with_capacity((n_bytes + 1) * height as usize);
-    let mut above = vec![0; n_bytes];
-    for row in canvas.rows() {
-        data.push(UP);
-        for (byte, last) in row.iter().step_by(step).zip(&mut above) {
-            data.push(byte.wrapping_sub(*last));
-            *last = *byte;
+/// Writes rows of pixels as a file (ISO/IEC 15948).
+struct Writer {
+    size: (u32, u32),
+    is_gray: bool,
+    compressor: CompressorOxide,
+    /// The row before, as it is in the file.
+    above: Vec<u8>,
+    /// A row as it is compressed.
+    line: Vec<u8>,
+    compressed: Vec<u8>,
+}
+
+impl Writer {
+    fn new(size: (u32, u32), is_gray: bool) -> Self {
+        // With the header of zlib.
+        let flags = create_comp_flags_from_zip_params(7, 15, 0);
+        Writer {
+            size,
+            is_gray,
+            compressor: CompressorOxide::new(flags),
+            above: vec![0; size.0 as usize * if is_gray { 1 } else { 3 }],
+            line: Vec::new(),
+            compressed: Vec::new(),
         }
     }
-    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut head = Vec::new();
-    head.extend(width.to_be_bytes());
-    head.extend(height.to_be_bytes());
-    // 8 bits for each part; gray, or red, green and blue.
-    head.extend([8, if is_gray { 0 } else { 2 }, 0, 0, 0]);
-    let mut physical = Vec::new();
-    physical.extend(per_metre.to_be_bytes());
-    physical.extend(per_metre.to_be_bytes());
-    physical.push(1);
-    chunk(&mut file, *b"IHDR", &head);
-    chunk(&mut file, *b"pHYs", &physical);
-    chunk(&mut file, *b"IDAT", &miniz_oxide::deflate::compress_to_vec_zlib(&data, 7));
-    chunk(&mut file, *b"IEND", &[]);
-    file
+
+    /// Adds a row; it is written as the difference from the row above, which is 0 for the most part.
+    fn row(&mut self, row: &[u8]) {
+        const UP: u8 = 2;
+        let step = if self.is_gray { 3 } else { 1 };
+        self.line.clear();
+        self.line.push(UP);
+        for (byte, last) in row.iter().step_by(step).zip(&mut self.above) {
+            self.line.push(byte.wrapping_sub(*last));
+            *last = *byte;
+        }
+        self.compress(TDEFLFlush::None);
+    }
+
+    fn compress(&mut self, flush: TDEFLFlush) {
+        let Writer { compressor, line, compressed, .. } = self;
+        // All of the line is read, because every output is accepted.
+        compress_to_output(compressor, line, flush, |bytes| {
+            compressed.extend_from_slice(bytes);
+            true
+        });
+    }
+
+    fn file(mut self, per_metre: u32) -> Vec<u8> {
+        self.line.clear();
+        self.compress(TDEFLFlush::Finish);
+        let mut head = Vec::new();
+        head.extend(self.size.0.to_be_bytes());
+        head.extend(self.size.1.to_be_bytes());
+        // 8 bits for each part; gray, or red, green and blue.
+        head.extend([8, if self.is_gray { 0 } else { 2 }, 0, 0, 0]);
+        let mut physical = Vec::new();
+        physical.extend(per_metre.to_be_bytes());
+        physical.extend(per_metre.to_be_bytes());
+        // The unit is the metre.
+        physical.push(1);
+        let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+        chunk(&mut file, *b"IHDR", &head);
+        chunk(&mut file, *b"pHYs", &physical);
+        chunk(&mut file, *b"IDAT", &self.compressed);
+        chunk(&mut file, *b"IEND", &[]);
+        file
+    }
 }
 
 fn chunk(file: &mut Vec<u8>, kind: [u8; 4], data: &[u8]) {

@@ -4,6 +4,7 @@
 //! that an area covers is exact for areas with vertical and horizontal sides. For others, it is the mean of 16 rows in each pixel.
 
 use crate::ink::Colour;
+use std::ops::Range;
 
 /// The parts of a pixel.
 pub(crate) const ONE: i64 = 256;
@@ -13,11 +14,12 @@ const ROWS: i64 = 16;
 /// A point in 1/256 of a pixel.
 pub(crate) type Point = (i64, i64);
 
-/// A white canvas with its upper left corner at (0, 0).
+/// A white canvas with its left side at 0: some rows of a picture.
 #[derive(Debug, Clone)]
 pub(crate) struct Canvas {
     width: usize,
-    height: usize,
+    /// The rows of the picture that are on the canvas.
+    range: Range<i64>,
     /// Red, green and blue of each pixel, row by row.
     pixels: Vec<u8>,
 }
@@ -40,8 +42,9 @@ impl Side {
 }
 
 impl Canvas {
-    pub(crate) fn new(width: usize, height: usize) -> Self {
-        Canvas { width, height, pixels: vec![255; width * height * 3] }
+    pub(crate) fn new(width: usize, range: Range<i64>) -> Self {
+        let n_rows = usize::try_from(range.end - range.start).unwrap_or(0);
+        Canvas { width, range, pixels: vec![255; width * n_rows * 3] }
     }
 
     /// The rows of pixels, three bytes for each.
@@ -54,8 +57,9 @@ impl Canvas {
         let share = |low: i64, high: i64, pixel: i64| {
             (high.min((pixel + 1) * ONE) - low.max(pixel * ONE)).max(0)
         };
-        let columns = from.0.div_euclid(ONE)..=(to.0 - 1).div_euclid(ONE);
-        for row in from.1.div_euclid(ONE)..=(to.1 - 1).div_euclid(ONE) {
+        let right = i64::try_from(self.width).unwrap_or(i64::MAX) - 1;
+        let columns = from.0.div_euclid(ONE).max(0)..=(to.0 - 1).div_euclid(ONE).min(right);
+        for row in self.rows_between(from.1, to.1 - 1) {
             let high = share(from.1, to.1, row);
             for column in columns.clone() {
                 self.blend(row, column, share(from.0, to.0, column) * high / ONE, colour);
@@ -74,13 +78,13 @@ impl Canvas {
                 }
             }
         }
-        let top = sides.iter().map(|side| side.from.1).min().unwrap_or(0).div_euclid(ONE).max(0);
-        let bottom = sides.iter().map(|side| side.to.1).max().unwrap_or(0).div_euclid(ONE);
+        let top = sides.iter().map(|side| side.from.1).min().unwrap_or(0);
+        let bottom = sides.iter().map(|side| side.to.1).max().unwrap_or(0);
         let all = || sides.iter().flat_map(|side| [side.from.0, side.to.0]);
         let left = all().min().unwrap_or(0).div_euclid(ONE);
         let right = all().max().unwrap_or(0).div_euclid(ONE);
         let mut covered = vec![0; usize::try_from(right - left + 1).unwrap_or(0)];
-        for row in top..=bottom.min(i64::try_from(self.height).unwrap_or(i64::MAX) - 1) {
+        for row in self.rows_between(top, bottom) {
             let is_here = |side: &&Side| side.from.1 < (row + 1) * ONE && row * ONE < side.to.1;
             let here: Vec<Side> = sides.iter().filter(is_here).copied().collect();
             covered.fill(0);
@@ -96,17 +100,25 @@ impl Canvas {
         }
     }
 
-    /// Mixes a colour into a pixel; `share` is between 0 and `ONE`.
+    /// The rows on the canvas between two heights.
+    fn rows_between(&self, top: i64, bottom: i64) -> Range<i64> {
+        let (first, last) = (top.div_euclid(ONE), bottom.div_euclid(ONE));
+        first.max(self.range.start)..(last + 1).min(self.range.end)
+    }
+
+    /// Mixes a colour into a pixel of a row on the canvas; `share` is between 0 and `ONE`.
     fn blend(&mut self, row: i64, column: i64, share: i64, colour: Colour) {
-        let (Ok(row), Ok(column)) = (usize::try_from(row), usize::try_from(column)) else { return };
-        if share == 0 || column >= self.width || row >= self.height {
+        let row = usize::try_from(row - self.range.start);
+        let (Ok(row), Ok(column)) = (row, usize::try_from(column)) else { return };
+        if share == 0 || column >= self.width {
             return;
         }
         let at = (row * self.width + column) * 3;
-        for (pixel, part) in self.pixels.iter_mut().skip(at).zip(colour) {
-            let (old, new) = (i64::from(*pixel), i64::from(part));
-            let mixed = old + (new - old) * share / ONE;
-            *pixel = u8::try_from(mixed).unwrap_or(part);
+        let Some(pixel) = self.pixels.get_mut(at..at + 3) else { return };
+        for (part, new) in pixel.iter_mut().zip(colour) {
+            let (old, to) = (i64::from(*part), i64::from(new));
+            let mixed = old + (to - old) * share / ONE;
+            *part = u8::try_from(mixed).unwrap_or(new);
         }
     }
 }
@@ -152,10 +164,10 @@ mod tests {
 
     #[test]
     fn areas_cover_parts_of_pixels() {
-        let mut canvas = Canvas::new(3, 2);
+        let mut canvas = Canvas::new(3, 0..2);
         canvas.fill_rect((128, 0), (2 * ONE, ONE + 64), [0; 3]);
         assert_eq!(shares(&canvas), [[127, 255, 0], [31, 63, 0]]);
-        let mut canvas = Canvas::new(3, 2);
+        let mut canvas = Canvas::new(3, 0..2);
         let outline = vec![(128, 0), (2 * ONE, 0), (2 * ONE, ONE + 64), (128, ONE + 64)];
         canvas.fill(&[outline], [0; 3]);
         assert_eq!(shares(&canvas), [[127, 255, 0], [31, 63, 0]]);
@@ -170,20 +182,32 @@ mod tests {
         };
         let mut hole = square(1, 2);
         hole.reverse();
-        let mut canvas = Canvas::new(3, 3);
+        let mut canvas = Canvas::new(3, 0..3);
         canvas.fill(&[square(0, 3), hole], [0; 3]);
         assert_eq!(shares(&canvas), [[255; 3], [255, 0, 255], [255; 3]]);
         // The same direction twice is not.
-        let mut canvas = Canvas::new(3, 3);
+        let mut canvas = Canvas::new(3, 0..3);
         canvas.fill(&[square(0, 3), square(1, 2)], [0; 3]);
         assert_eq!(shares(&canvas), [[255; 3]; 3]);
     }
 
     #[test]
     fn what_is_outside_is_left_out() {
-        let mut canvas = Canvas::new(2, 1);
+        let mut canvas = Canvas::new(2, 0..1);
         canvas.fill_rect((-ONE, -ONE), (ONE, 5 * ONE), [0; 3]);
         canvas.fill(&[vec![(-9 * ONE, -ONE), (9 * ONE, -ONE), (0, 0)]], [0; 3]);
         assert_eq!(shares(&canvas), [[255, 0]]);
+    }
+
+    #[test]
+    fn a_canvas_can_have_the_lower_rows_only() {
+        let draw = |canvas: &mut Canvas| {
+            canvas.fill_rect((128, 128), (2 * ONE, 3 * ONE), [0; 3]);
+            canvas.fill(&[vec![(0, 0), (4 * ONE, 2 * ONE), (0, 5 * ONE)]], [99; 3]);
+        };
+        let (mut all, mut lower) = (Canvas::new(4, 0..5), Canvas::new(4, 2..5));
+        draw(&mut all);
+        draw(&mut lower);
+        assert_eq!(shares(&all)[2..], shares(&lower));
     }
 }

@@ -6,6 +6,7 @@ mod expected;
 mod gallery;
 mod measures;
 mod pages;
+mod png;
 mod random;
 mod read_back;
 mod reader;

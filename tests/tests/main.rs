@@ -38,6 +38,7 @@ mod net_to_chart;
 mod open_cells;
 mod packages;
 mod page;
+mod pictures;
 mod program_vs_sim;
 mod regions;
 mod rewrite;

@@ -19,7 +19,7 @@ const SMALL: i64 = 50;
 
 /// The kinds of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
+pub(crate) enum Format {
     Svg,
     Pdf,
     Png,
@@ -27,7 +27,7 @@ enum Format {
 
 impl Format {
     /// The format that the ending of a file names; SVG for all others.
-    fn of(path: &Path) -> Format {
+    pub(crate) fn of(path: &Path) -> Format {
         let is = |ending: &str| path.extension().is_some_and(|it| it.eq_ignore_ascii_case(ending));
         match (is("pdf"), is("png")) {
             (true, _) => Format::Pdf,
@@ -243,7 +243,9 @@ fn write_pages(
 /// Names the characters that are question marks in a file.
 fn warn_missing(session: &Session, format: &str, missing: &BTreeSet<char>) {
     if !missing.is_empty() {
-        let all = missing.iter().map(|c| format!("`{c}` (U+{:04X})", u32::from(*c)));
+        // Escaped, because a character may change the direction of what follows in a terminal.
+        let name = |c: &char| format!("`{}` (U+{:04X})", c.escape_debug(), u32::from(*c));
+        let all = missing.iter().map(name);
         session.warn(&format!(
             "the {format} file has question marks for characters that its fonts lack: {}; the SVG file shows them",
             all.collect::<Vec<_>>().join(", ")
@@ -253,7 +255,7 @@ fn warn_missing(session: &Session, format: &str, missing: &BTreeSet<char>) {
 
 fn too_large(TooLarge { width, height }: TooLarge) -> Stop {
     Stop::Input(format!(
-        "a PNG file of {width} x {height} pixels is too large (at most 100 million pixels); use a smaller --scale, --page, or an SVG file"
+        "a PNG file of {width} x {height} pixels is too large (at most 250 million pixels); use a smaller --scale, --page, or an SVG file"
     ))
 }
 
