@@ -234,7 +234,7 @@ fn the_place_in_the_file_makes_no_difference() {
 /// Nothing is too odd to be drawn, and the same drawing gives the same bytes.
 #[test]
 fn random_and_odd_drawings_are_written() {
-    for seed in 0..rounds(3, 300) {
+    for seed in 0..rounds(2, 200) {
         let picture = drawn(&random_chart(seed));
         let file = png(&picture, 1).expect("it is small");
         assert_eq!(file, png(&picture, 1).expect("it is small"));

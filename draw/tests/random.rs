@@ -143,7 +143,7 @@ impl Chart {
                 _ => {}
             }
         }
-        let n_forms = if self.is_rich { 17 } else { 9 };
+        let n_forms = if self.is_rich { 20 } else { 9 };
         let mut body = String::new();
         for _ in 0..self.below(4) {
             let item = match self.below(n_forms) {
@@ -163,6 +163,9 @@ impl Chart {
                 14 => "X SL 5 s",
                 15 => "X pulse",
                 16 => "Y if 3 s/a/2 s",
+                17 => "task `the work` cost 80 { n := 2; n := n + 1 }",
+                18 => "budget 200",
+                19 => "code c \"if (x < 3 && y) PORTB |= 1;\"",
                 _ => "Z",
             };
             let _ = write!(body, "{item}; ");
@@ -211,6 +214,9 @@ impl Chart {
         }
         if self.below(6) == 0 {
             self.transitions.push_str(" priority 2");
+        }
+        if self.is_rich && self.below(9) == 0 {
+            self.transitions.push_str(" restart deadline 20 ms");
         }
         if self.below(6) == 0 {
             self.transitions.push_str(" do { n := 1 }");

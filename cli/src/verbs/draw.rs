@@ -14,8 +14,8 @@ use grafsynth_driver::read::NetDesign;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The size in per cent below which a page is reported as hard to read.
-const SMALL: i64 = 50;
+/// The size in per cent below which a page is reported as hard to read: its smallest letters have fewer than 7 points, instead of 8.25.
+const SMALL: i64 = 85;
 
 /// The kinds of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -207,13 +207,15 @@ fn write_pages(
     scale: u8,
     output: &Path,
 ) -> Result<Exit, Stop> {
-    for (number, page) in (1..).zip(pages) {
-        if page.percent < SMALL {
-            session.warn(&format!(
-                "page {number} is drawn at {} % of its size; use larger paper, or draw one chart with --chart",
-                page.percent
-            ));
-        }
+    let small = (1..).zip(pages).filter(|(_, page)| page.percent < SMALL);
+    let small: Vec<(usize, &Page)> = small.collect();
+    if let Some((number, page)) = small.iter().min_by_key(|(_, page)| page.percent) {
+        session.warn(&format!(
+            "{} of {} pages have letters of fewer than 7 points: page {number} is drawn at {} % of its size; use larger paper, or draw one chart with --chart",
+            small.len(),
+            pages.len(),
+            page.percent
+        ));
     }
     let numbered = |number| numbered(output, number);
     match Format::of(output) {
