@@ -142,7 +142,7 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Convert a design to another format.
     Convert(Convert),
-    /// Draw a chart as a picture (.svg, .pdf).
+    /// Draw a chart as a picture (.svg, .pdf, .png).
     Draw(Draw),
     /// Write a page that shows the chart and runs it (.html).
     Page(Page),

@@ -89,7 +89,8 @@ const EXAMPLES: [(&str, &str); 15] = [
   grafsynth draw plant.graf --chart guard --words -o -  # one chart, conditions in words
   grafsynth draw plant.graf --style sfc    # as a sequential function chart of IEC 61131-3
   grafsynth draw plant.graf --watch        # again after each save; keep plant.svg open in a viewer that reloads
-  grafsynth draw plant.graf --coverage plant.csv -o plant.pdf  # on pages of A4, with the coverage of a stimulus",
+  grafsynth draw plant.graf --coverage plant.csv -o plant.pdf  # on pages of A4, with the coverage of a stimulus
+  grafsynth draw plant.graf --frames run.csv -o plant.png --scale 3  # the situations of a trace, in pixels",
     ),
     (
         "page",

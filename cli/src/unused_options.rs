@@ -2,12 +2,14 @@
 
 use crate::args::{Build, BuildTrace, Cli, Compare, Reading, Sim, Verb};
 use crate::files;
+use crate::verbs::draw::Format;
 use clap::ArgMatches;
 use clap::CommandFactory as _;
 use clap::parser::ValueSource;
 use grafsynth_driver::languages::{GRAF, Language};
 use grafsynth_driver::target::Target;
 use grafsynth_engines::OfCpu;
+use std::path::Path;
 
 /// An option, what uses it, and whether the command uses it.
 struct Rule {
@@ -80,7 +82,12 @@ fn rules(verb: &Verb) -> Vec<Rule> {
             of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
         }
         Verb::Draw(arguments) => {
-            of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
+            let files = Files::of([&arguments.input.file], &arguments.input.reading);
+            let mut rules = of_reading(&files);
+            let is_png = |path: &Path| Format::of(path) == Format::Png;
+            let is_taken = arguments.output.as_deref().is_some_and(is_png);
+            rules.push(Rule { option: "scale", taker: "PNG files (-o FILE.png)", is_taken });
+            rules
         }
         Verb::Page(arguments) => {
             of_reading(&Files::of([&arguments.input.file], &arguments.input.reading))
@@ -274,6 +281,7 @@ mod tests {
             "sim a.graf",
             "compare a.graf",
             "convert a.graf b.st",
+            "draw a.graf",
             "trace a.bin --chart a.graf",
         ] {
             let (cli, _) = parsed(words);
@@ -306,6 +314,7 @@ mod tests {
             "compare a.graf --engines c --trust-code",
             "compare a.graf b.v --rename x=y",
             "compare a.graf b.graf --no-proof --seed 4",
+            "draw a.graf --scale 3 -o a.PNG",
         ] {
             assert_eq!(refused(words), None, "{words}");
         }
@@ -331,6 +340,8 @@ mod tests {
             ("compare a.graf b.graf --engines c --rename x=y", "--engines --rename"),
             ("compare a.graf --rename x=y --no-proof", "--rename --no-proof"),
             ("convert a.scxml b.graf --root .", "--root"),
+            ("draw a.graf --scale 3", "--scale"),
+            ("draw a.graf --scale 3 -o a.pdf", "--scale"),
         ] {
             let said = refused(words).unwrap_or_default();
             let named: Vec<&str> = said.lines().filter_map(|line| line.split(' ').next()).collect();

@@ -10,7 +10,8 @@
 //! `order`, `blocks` and `channels` lay out a graph: rows, columns, links. Statecharts have a layout of their own: `states` turns a
 //! chart into boxes inside of boxes, `vertex` draws one box, `routes` divides transitions at the borders of states, `container` lays out the inside of one
 //! state, with `layers` for columns and `tracks` for links, and `nest` joins everything. [`overlay`] adds a situation or leaves blanks,
-//! `sheet` puts the parts together, [`mod@waves`] draws traces, `pages` cuts a drawing for paper, and `svg` and `pdf` write everything.
+//! `sheet` puts the parts together, [`mod@waves`] draws traces, `pages` cuts a drawing for paper, and `svg`, `pdf` and `png` write everything: `ink` has the
+//! colours of the last two, and `raster` fills areas of pixels, also those of the letters that `outlines` contains.
 //!
 //! The same chart gives the same drawing on every machine: all coordinates are whole numbers. docs/drawing.md lists the symbols with their meaning.
 
@@ -21,15 +22,19 @@ mod channels;
 mod container;
 mod content;
 mod foreign;
+mod ink;
 mod layers;
 mod nest;
 mod notation;
 mod notice;
 mod order;
+mod outlines;
 pub mod overlay;
 mod pages;
 mod pdf;
 pub mod picture;
+mod png;
+mod raster;
 mod routes;
 mod sheet;
 mod stack;
@@ -45,12 +50,23 @@ pub use bars::{BarRow, BarTable, bars};
 pub use notice::noticed;
 pub use overlay::{Blank, Counts, Frame, Part};
 pub use pages::{Page, Paper, TitleBlock, pages};
-pub use pdf::{PdfFile, pdf};
+pub use pdf::pdf;
 pub use picture::Picture;
+pub use png::{TooLarge, page_png, png};
 pub use svg::{embedded, page_svg, svg};
 pub use waves::waves;
 
 use grafsynth_ir::chart::{Chart, Design};
+use std::collections::BTreeSet;
+
+/// A file with letters of its own, and not with text for the fonts of its reader.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Rendered {
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// The characters that its fonts lack, which are question marks in it.
+    pub missing: BTreeSet<char>,
+}
 
 /// The notation of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

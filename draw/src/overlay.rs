@@ -70,7 +70,8 @@ pub(crate) fn mark_active(content: &mut Content, names: &[String]) -> Result<(),
 }
 
 fn mark(scope: &mut Scope, name: &str) -> bool {
-    let is_meant = |id: &str| id.strip_suffix(name).is_some_and(|rest| rest.ends_with('.'));
+    let is_meant =
+        |id: &str| id.strip_suffix(name).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
     let mut is_known = false;
     for symbol in scope.symbols.iter_mut().filter(|it| it.is_step()) {
         if symbol.element.as_ref().is_some_and(|element| is_meant(&element.id)) {

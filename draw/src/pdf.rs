@@ -1,19 +1,12 @@
 //! Pages as a PDF file. Text remains text, in the fonts Helvetica and Symbol, which every viewer has.
 
+use crate::Rendered;
+use crate::ink::{self, Colour};
 use crate::pages::Page;
 use crate::picture::{Font, Pen, Picture, Shape, Way};
 use crate::text::width_thousandths;
 use pdf_writer::{Content, Finish as _, Name, Pdf, Rect, Ref, Str, TextStr};
 use std::collections::BTreeSet;
-
-/// A PDF file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PdfFile {
-    /// The file.
-    pub bytes: Vec<u8>,
-    /// The characters that its fonts lack, which are question marks in it.
-    pub missing: BTreeSet<char>,
-}
 
 /// The names and the PostScript names of the fonts.
 const FONTS: [(&[u8], &[u8]); 3] =
@@ -21,7 +14,7 @@ const FONTS: [(&[u8], &[u8]); 3] =
 
 /// Writes pages as a PDF file. The same pages give the same bytes.
 #[must_use]
-pub fn pdf(pages: &[Page], title: &str) -> PdfFile {
+pub fn pdf(pages: &[Page], title: &str) -> Rendered {
     let mut pdf = Pdf::new();
     let mut last = 0;
     let mut next = || {
@@ -58,7 +51,7 @@ pub fn pdf(pages: &[Page], title: &str) -> PdfFile {
         let content = content(&page.picture, (wide, high), &mut missing);
         pdf.stream(stream, content.finish().as_slice());
     }
-    PdfFile { bytes: pdf.finish(), missing }
+    Rendered { bytes: pdf.finish(), missing }
 }
 
 /// The points of a length in tenths of a millimetre.
@@ -89,16 +82,22 @@ fn content(picture: &Picture, (wide, high): (f32, f32), missing: &mut BTreeSet<c
 fn write_shape(content: &mut Content, shape: &Shape, missing: &mut BTreeSet<char>) {
     match shape {
         Shape::Rect { x, y, width, height, pen } => {
-            let rect = [*x, *y, *width, *height].map(number);
+            let [left, top, wide, high] = [*x, *y, *width, *height].map(number);
             content.save_state();
-            match area(*pen) {
-                Some([red, green, blue]) => {
+            match ink::area(*pen) {
+                Some(colour) => {
+                    let [red, green, blue] = parts(colour);
                     content.set_fill_rgb(red, green, blue);
-                    content.rect(rect[0], rect[1], rect[2], rect[3]).fill_nonzero();
+                    content.rect(left, top, wide, high).fill_nonzero();
                 }
                 None => {
                     set_pen(content, *pen);
-                    content.rect(rect[0], rect[1], rect[2], rect[3]).stroke();
+                    if *pen == Pen::State {
+                        rounded(content, (left, top), (left + wide, top + high));
+                    } else {
+                        content.rect(left, top, wide, high);
+                    }
+                    content.stroke();
                 }
             }
             content.restore_state();
@@ -113,7 +112,8 @@ fn write_shape(content: &mut Content, shape: &Shape, missing: &mut BTreeSet<char
         Shape::Crossing { x, y } => {
             content.save_state();
             content.set_stroke_gray(1.0).set_line_width(4.0);
-            content.move_to(number(x - 4), number(*y)).line_to(number(x + 4), number(*y)).stroke();
+            content.move_to(number(x - ink::CROSSING), number(*y));
+            content.line_to(number(x + ink::CROSSING), number(*y)).stroke();
             content.restore_state();
         }
         Shape::Arrow { x, y, way } => {
@@ -137,33 +137,33 @@ fn write_shape(content: &mut Content, shape: &Shape, missing: &mut BTreeSet<char
     }
 }
 
-/// The colour of an area; `None` for a border.
-fn area(pen: Pen) -> Option<[f32; 3]> {
-    let hex = match pen {
-        Pen::Shade => 0x00cf_e0f4,
-        Pen::Never => 0x00f7_d0c8,
-        Pen::Part(part) => {
-            *[0x00fd_e3b4, 0x00c9_e7c3, 0x00d9_d2f0, 0x00c5_e6ea, 0x00f6_cfdc, 0x00e3_ddd3]
-                .get(usize::from(part % Pen::PARTS))?
-        }
-        _ => return None,
-    };
-    let [_, red, green, blue] = u32::to_be_bytes(hex);
-    Some([red, green, blue].map(|part| f32::from(part) / 255.0))
+/// A colour as PDF has it.
+fn parts(colour: Colour) -> [f32; 3] {
+    colour.map(|part| f32::from(part) / 255.0)
 }
 
 fn set_pen(content: &mut Content, pen: Pen) {
-    let (thickness, gray) = match pen {
-        Pen::Bar => (4.0, 0.07),
-        Pen::Detail | Pen::Dashed => (1.0, 0.07),
-        Pen::Frame => (1.0, 0.53),
-        Pen::Grid => (1.0, 0.87),
-        _ => (1.5, 0.07),
-    };
-    content.set_line_width(thickness).set_stroke_gray(gray);
+    let ink::Stroke { halves, colour: [gray, ..] } = ink::stroke(pen);
+    content.set_line_width(number(halves) / 2.0).set_stroke_gray(f32::from(gray) / 255.0);
     if pen == Pen::Dashed {
-        content.set_dash_pattern([6.0, 4.0], 0.0);
+        content.set_dash_pattern([number(ink::DASH.0), number(ink::DASH.1)], 0.0);
     }
+}
+
+/// A rectangle with round corners.
+fn rounded(content: &mut Content, (left, top): (f32, f32), (right, bottom): (f32, f32)) {
+    let round = number(ink::ROUND);
+    // The distance of a control point from its corner.
+    let near = round * (1.0 - 0.552_285);
+    content.move_to(left + round, top).line_to(right - round, top);
+    content.cubic_to(right - near, top, right, top + near, right, top + round);
+    content.line_to(right, bottom - round);
+    content.cubic_to(right, bottom - near, right - near, bottom, right - round, bottom);
+    content.line_to(left + round, bottom);
+    content.cubic_to(left + near, bottom, left, bottom - near, left, bottom - round);
+    content.line_to(left, top + round);
+    content.cubic_to(left, top + near, left + near, top, left + round, top);
+    content.close_path();
 }
 
 /// A circle of four curves.
@@ -204,7 +204,7 @@ fn write_text(
         at += width_thousandths(c) * font.size();
     }
     content.save_state();
-    content.set_fill_gray(if font == Font::Small { 0.33 } else { 0.07 });
+    content.set_fill_gray(f32::from(ink::letters(font)[0]) / 255.0);
     content.begin_text();
     for (face, at, bytes) in runs {
         let Some((name, _)) = FONTS.get(face) else { continue };

@@ -1,7 +1,9 @@
 //! Texts with overlines, and their widths.
 //!
 //! The widths are the advance widths of Liberation Sans 2, which has the metrics of Arial and Helvetica, in thousandths of the letter height. Characters
-//! outside the table get a generous width. Each text of the SVG states its width (`textLength`), so that viewers scale another font to it.
+//! that the font of PNG files lacks get a generous width. Each text of the SVG states its width (`textLength`), so that viewers scale another font to it.
+
+use crate::outlines::{Face, UNITS};
 
 /// The widths of the characters from U+0020 to U+007E.
 const ASCII: [u16; 95] = [
@@ -21,22 +23,17 @@ pub(crate) fn width(text: &str, size: i64) -> i64 {
 
 /// The width of a character in thousandths of the letter height.
 pub(crate) fn width_thousandths(c: char) -> i64 {
-    i64::from(advance(c))
-}
-
-fn advance(c: char) -> u16 {
     let ascii = usize::try_from(u32::from(c).wrapping_sub(0x20)).unwrap_or(usize::MAX);
     if let Some(width) = ASCII.get(ascii) {
-        return *width;
+        return i64::from(*width);
     }
-    match c {
-        '·' => 334,
-        '↑' | '↓' => 500,
-        '≤' | '≥' | '≠' => 584,
-        // Latin, Greek and Cyrillic letters; the widest are rare.
-        '\u{A0}'..'\u{2000}' => 800,
+    let face = Face::sans();
+    match face.glyph(c) {
+        Some(glyph) => (face.advance(glyph) * 1000 + UNITS - 1) / UNITS,
+        // Letters of other alphabets; the widest are rare.
+        None if c < '\u{2000}' => 800,
         // Wide scripts and pictures.
-        _ => 1200,
+        None => 1200,
     }
 }
 
@@ -184,4 +181,18 @@ pub(crate) fn broken_name(name: &str, size: i64, most: i64) -> Vec<String> {
         }
     }
     lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn widths_are_those_of_the_font() {
+        let face = Face::sans();
+        for c in ' '..='~' {
+            let advance = face.advance(face.glyph(c).expect("it is there"));
+            assert_eq!(width_thousandths(c), (advance * 1000 + UNITS - 1) / UNITS, "{c}");
+        }
+    }
 }

@@ -4,10 +4,11 @@ use crate::reader::{Action, Region, Step, Transition};
 use grafsynth_draw::Style;
 use grafsynth_frontend::graf;
 use grafsynth_ir::chart::{
-    ActionHow, Block, Chart, DeclarationKind, Design, Expr, ForceOrder, Item, Leaf, Length, Path,
-    StepItemKind, StepRole, Stmt, StmtKind,
+    ActionHow, ArgumentValue, Block, Chart, DeclarationKind, Design, Expr, ForceOrder, Item, Leaf,
+    Length, Path, StepItemKind, StepRole, Stmt, StmtKind,
 };
 use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
+use grafsynth_ir::net::{Meta, Verbatim};
 use grafsynth_ir::{FileId, Name, Span};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -119,6 +120,12 @@ impl Vocabulary {
             known: RefCell::default(),
         };
         design.charts.iter().for_each(|chart| vocabulary.add(&chart.items));
+        for library in &design.libraries {
+            let parameters = library.parameters.iter();
+            let parameters = parameters.map(|one| Item::Declaration(one.declaration.clone()));
+            vocabulary.add(&parameters.collect::<Vec<_>>());
+            vocabulary.add(&library.items);
+        }
         vocabulary
     }
 
@@ -196,7 +203,15 @@ impl Vocabulary {
         if drawn == "1" && !self.is_st {
             return Ok(expr(ExprKind::And(Vec::new())));
         }
-        let text = if self.is_st { chart_language(drawn) } else { self.words(drawn) };
+        self.guard(&if self.is_st { chart_language(drawn) } else { self.words(drawn) })
+    }
+
+    /// The condition that a text in the chart language means.
+    pub(crate) fn in_words(&self, text: &str) -> Result<String, String> {
+        self.guard(text).map(|it| shown(&it))
+    }
+
+    fn guard(&self, text: &str) -> Result<Expr, String> {
         let design = self.parse(&format!("step a_ \n step b_\n a_ -> b_ when {text}"))?;
         let items = design.charts.into_iter().flat_map(|chart| chart.items);
         let mut guard = items.filter_map(|item| match item {
@@ -260,7 +275,7 @@ impl Vocabulary {
 
     /// The text of an action block: an action with its condition, or a list.
     pub(crate) fn row(&self, action: &mut Action) -> Result<(), String> {
-        if action.qualifier == "force" {
+        if ["force", "code"].contains(&action.qualifier.as_str()) {
             return Ok(());
         }
         let text = if self.is_st { chart_language(&action.text) } else { action.text.clone() };
@@ -416,14 +431,26 @@ pub(crate) fn region(heading: String, items: &[Item], style: Style) -> Region {
             }
             Item::MacroStep(one) => {
                 let (is_initial, left) = role(one.role);
-                let step = Step { is_initial, kind: "macro".into(), left, actions: Vec::new() };
+                let mut remarks = vec![format!("= {}", one.body.text)];
+                remarks.extend(one.priority.map(|rank| format!("priority {rank}")));
+                remarks.extend(about(&one.meta));
+                let step = Step { is_initial, left, remarks, ..step("macro") };
                 region.steps.insert(one.name.text.clone(), step);
-                region.remarks.extend(one.priority.map(|rank| format!("priority {rank}")));
-                region.remarks.push(format!("= {}", one.body.text));
-                label(&mut region, &one.meta.label);
             }
             Item::Macro(one) => {
                 region.inner.push(self::region(format!("M {}", one.name.text), &one.items, style));
+            }
+            Item::Use(one) => {
+                let name = format!("{} : {}", one.name.text, one.library.text);
+                let arguments = one.arguments.iter().map(|argument| {
+                    let name = plain(&argument.parameter.text);
+                    match &argument.value {
+                        ArgumentValue::Reads(expr) => format!("{name} = {}", shown(expr)),
+                        ArgumentValue::Drives(target) => format!("{name} → {}", dotted(target)),
+                    }
+                });
+                let remarks = arguments.chain(about(&one.meta)).collect();
+                region.steps.insert(name, Step { remarks, ..step("step") });
             }
             _ => {}
         }
@@ -433,14 +460,31 @@ pub(crate) fn region(heading: String, items: &[Item], style: Style) -> Region {
             add_transition(&mut region, one);
         }
     }
-    region.remarks.sort();
     region
 }
 
-fn label(region: &mut Region, label: &str) {
-    if !label.is_empty() {
-        region.remarks.push(format!("\"{}\"", label.replace('\\', "\\\\").replace('"', "\\\"")));
+/// A step without anything.
+fn step(kind: &str) -> Step {
+    Step {
+        is_initial: false,
+        kind: kind.to_owned(),
+        left: String::new(),
+        actions: Vec::new(),
+        is_active: false,
+        remarks: Vec::new(),
     }
+}
+
+/// The comment and the requirement tags.
+fn about(meta: &Meta) -> Vec<String> {
+    let mut all = Vec::new();
+    if !meta.label.is_empty() {
+        all.push(format!("\"{}\"", meta.label.replace('\\', "\\\\").replace('"', "\\\"")));
+    }
+    if !meta.req.is_empty() {
+        all.push(format!("req {}", meta.req.join(", ")));
+    }
+    all
 }
 
 fn role(role: StepRole) -> (bool, String) {
@@ -491,21 +535,25 @@ fn add_step(
         left = format!("{left} *").trim().to_owned();
     }
     let own = Path::from(step.name.clone());
-    let mut actions = Vec::new();
+    let (mut actions, mut remarks) = (Vec::new(), Vec::new());
     for item in &step.body {
-        if let StepItemKind::Priority(rank) = &item.kind {
-            region.remarks.push(format!("priority {rank}"));
-            continue;
+        match &item.kind {
+            StepItemKind::Priority(rank) => remarks.push(format!("priority {rank}")),
+            StepItemKind::Budget(cost) => remarks.push(format!("budget {cost}")),
+            kind => actions.push(match style {
+                Style::Grafcet => grafcet_action(&own, kind),
+                Style::Sfc => sfc_action(kind, booleans),
+            }),
         }
-        actions.extend(match style {
-            Style::Grafcet => grafcet_action(&own, &item.kind),
-            Style::Sfc => sfc_action(&item.kind, booleans),
-        });
     }
-    label(region, &step.meta.label);
-    region
-        .steps
-        .insert(step.name.text.clone(), Step { is_initial, kind: kind.to_owned(), left, actions });
+    if let Some(count) = step.count {
+        let initial = count.initial.map(|n| format!(" = {n}")).unwrap_or_default();
+        remarks.push(format!("count 0..{}{initial}", count.max));
+    }
+    remarks.extend(about(&step.meta));
+    let kind = kind.to_owned();
+    let read = Step { is_initial, kind, left, actions, is_active: false, remarks };
+    region.steps.insert(step.name.text.clone(), read);
 }
 
 fn situation(target: &Path, order: &ForceOrder) -> String {
@@ -529,7 +577,7 @@ fn no_action() -> Action {
 }
 
 /// An action block of IEC 61131-3.
-fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Option<Action> {
+fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Action {
     let mut action = no_action();
     let st_time = |ns: u64| format!(" T#{}", time(ns).replace("min", "m"));
     match item {
@@ -544,7 +592,7 @@ fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Option<Action> {
                 }
             };
             action.condition = condition.as_ref().map(shown);
-            return Some(action);
+            return action;
         }
         StepItemKind::Entry(list) => {
             (action.qualifier, action.text) = ("P1".to_owned(), canonical(list));
@@ -561,7 +609,13 @@ fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Option<Action> {
         StepItemKind::Force { target, order } => {
             (action.qualifier, action.text) = ("force".to_owned(), situation(target, order));
         }
-        _ => return None,
+        StepItemKind::Task { name, cost, body } => {
+            (action.qualifier, action.text) = (task(name, *cost), canonical(body));
+        }
+        StepItemKind::Code(code) => {
+            (action.qualifier, action.text) = ("code".to_owned(), code_text(code));
+        }
+        StepItemKind::Priority(_) | StepItemKind::Budget(_) => {}
     }
     let mut indicators: Vec<&str> = Vec::new();
     for stmt in grafsynth_ir::chart::statements(item.list().map_or(&[], Vec::as_slice)) {
@@ -576,10 +630,20 @@ fn sfc_action(item: &StepItemKind, booleans: &[&str]) -> Option<Action> {
     if let [only] = indicators.as_slice() {
         action.indicator = plain(only);
     }
-    Some(action)
+    action
 }
 
-fn grafcet_action(own: &Path, item: &StepItemKind) -> Option<Action> {
+fn task(name: &Name, cost: Option<u32>) -> String {
+    let cost = cost.map(|cost| format!(" cost {cost}")).unwrap_or_default();
+    format!("task {}{cost}", plain(&name.text))
+}
+
+fn code_text(code: &Verbatim) -> String {
+    let text = code.text.replace('\\', "\\\\").replace('"', "\\\"");
+    format!("{} \"{text}\"", plain(&code.language))
+}
+
+fn grafcet_action(own: &Path, item: &StepItemKind) -> Action {
     let mut action = no_action();
     match item {
         StepItemKind::Action { target, arguments, how, condition: guard } => {
@@ -621,9 +685,15 @@ fn grafcet_action(own: &Path, item: &StepItemKind) -> Option<Action> {
             action.is_forcing = true;
             action.text = situation(target, order);
         }
-        _ => return None,
+        StepItemKind::Task { name, cost, body } => {
+            (action.qualifier, action.text) = (task(name, *cost), canonical(body));
+        }
+        StepItemKind::Code(code) => {
+            (action.qualifier, action.text) = ("code".to_owned(), code_text(code));
+        }
+        StepItemKind::Priority(_) | StepItemKind::Budget(_) => {}
     }
-    Some(action)
+    action
 }
 
 fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
@@ -639,8 +709,11 @@ fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
     let mut targets: Vec<String> = one.targets.iter().map(Path::to_string).collect();
     sources.sort();
     targets.sort();
-    region.remarks.extend(one.priority.map(|rank| format!("priority {rank}")));
-    label(region, &one.meta.label);
+    let mut remarks: Vec<String> =
+        one.priority.iter().map(|rank| format!("priority {rank}")).collect();
+    remarks.extend(one.restart.then(|| "restart".to_owned()));
+    remarks.extend(one.deadline_ns.map(|ns| format!("deadline {}", time(ns))));
+    remarks.extend(about(&one.meta));
     let mut actions = Vec::new();
     if !one.actions.is_empty() {
         actions.push(Action {
@@ -658,5 +731,6 @@ fn add_transition(region: &mut Region, one: &grafsynth_ir::chart::Transition) {
         targets,
         receptivity: shown(&condition(&one.events, one.guard.as_ref(), more)),
         actions,
+        remarks,
     });
 }

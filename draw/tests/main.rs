@@ -4,7 +4,9 @@
 
 mod expected;
 mod gallery;
+mod measures;
 mod pages;
+mod png;
 mod random;
 mod read_back;
 mod reader;

@@ -1,5 +1,5 @@
 //! Random charts: nested sequences, alternatives, parallels and loops, half of them with links that fit no structure. A third has hierarchy, forcing orders, a
-//! second chart, and long names too.
+//! second chart, instances of a library chart, and long or odd names and comments too.
 
 use std::fmt::Write as _;
 use std::slice::from_ref;
@@ -8,7 +8,7 @@ struct Chart {
     random: u64,
     /// The names of the steps, as they are written.
     names: Vec<String>,
-    /// True if it has hierarchy, forcing orders, a second chart, and long names.
+    /// True if it has hierarchy, forcing orders, a second chart, a library chart, and odd names.
     is_rich: bool,
     steps: String,
     transitions: String,
@@ -45,16 +45,19 @@ pub(crate) fn random_chart(seed: u64) -> String {
             chart.transition(&from, &to);
         }
     }
-    let (more, other) = if chart.is_rich { (MORE, OTHER) } else { ("", "") };
+    let (library, more, other) = if chart.is_rich { (LIBRARY, MORE, OTHER) } else { ("", "", "") };
     format!(
-        "chart random {{\n input a, b, c\n output X, Y, Z\n var n: int 0..9\n{more}{}{}}}\n{other}",
+        "{library}chart random {{\n input a, b, c\n output X, Y, Z\n var n: int 0..9\n{more}{}{}}}\n{other}",
         chart.steps, chart.transitions
     )
 }
 
 /// The declarations and the macro of a chart with everything.
 const MORE: &str = " event E, F
+ const LIMIT = 3 s
  extern action go()
+ use belt as first(start = a and not b, run -> X) \"an instance\"
+ use belt as second(start = first.moving.active, limit = 1 s)
  macro pair {
   entry step first
   step between { Z }
@@ -62,6 +65,23 @@ const MORE: &str = " event E, F
   first -> between when a
   between -> last when rise(b)
  }
+";
+
+/// Comments of steps and transitions.
+const LABELS: &[&str] = &[
+    " \"a comment\"",
+    " \"says \\\"go\\\" & <waits>, then \\\\\"",
+    " \"a comment that is much longer than anything else that is near to it in the drawing\"",
+    " \"\u{441}\u{442}\u{43e}\u{43f} \u{5d0}\u{5d1} \u{1f680}\"",
+];
+
+/// A library chart.
+const LIBRARY: &str = "library chart belt(input start, output run, const limit = 3 s) {
+ initial step idle
+ step moving { run }
+ idle -> moving when start
+ moving -> idle when moving.t >= limit or not start
+}
 ";
 
 /// Another chart, which forcing orders name.
@@ -90,10 +110,13 @@ impl Chart {
 
     fn name(&mut self) -> String {
         let n = self.names.len();
-        let name = match if self.is_rich { self.below(8) } else { 7 } {
+        let name = match if self.is_rich { self.below(12) } else { 11 } {
             0 => format!("`step {n} of the line`"),
             1 => format!("a_name_that_is_much_longer_than_its_box_{n}"),
             2 => format!("Überlauf_{n}"),
+            3 => format!("`<b>\u{65e5}\u{672c} & \u{1f680} {n}</b>`"),
+            4 => format!("`a.b / page {n}`"),
+            5 => format!("Xs{n}"),
             _ => format!("s{n}"),
         };
         self.names.push(name.clone());
@@ -120,7 +143,7 @@ impl Chart {
                 _ => {}
             }
         }
-        let n_forms = if self.is_rich { 17 } else { 9 };
+        let n_forms = if self.is_rich { 20 } else { 9 };
         let mut body = String::new();
         for _ in 0..self.below(4) {
             let item = match self.below(n_forms) {
@@ -140,11 +163,15 @@ impl Chart {
                 14 => "X SL 5 s",
                 15 => "X pulse",
                 16 => "Y if 3 s/a/2 s",
+                17 => "task `the work` cost 80 { n := 2; n := n + 1 }",
+                18 => "budget 200",
+                19 => "code c \"if (x < 3 && y) PORTB |= 1;\"",
                 _ => "Z",
             };
             let _ = write!(body, "{item}; ");
         }
-        let label = if self.below(4) == 0 { " \"a comment\"" } else { "" };
+        let labels = if self.is_rich { LABELS } else { &LABELS[..1] };
+        let label = if self.below(4) == 0 { labels[self.below(labels.len())] } else { "" };
         let _ = writeln!(self.steps, " {initial}step {name}{label} {{ {body} }}");
         name
     }
@@ -172,18 +199,31 @@ impl Chart {
         };
         let to = if to.is_empty() { "sink".to_owned() } else { to.join(" & ") };
         let _ = write!(self.transitions, " {name}{} -> {to}", from.join(" & "));
-        if self.below(6) > 0 {
+        if self.is_rich && self.below(6) == 0 {
+            self.transitions.push_str(" on E, F");
+        }
+        if self.is_rich && !from.is_empty() && self.below(8) == 0 {
+            self.transitions.push_str(" when otherwise");
+        } else if self.below(6) > 0 {
             let condition = self.condition(2);
             let _ = write!(self.transitions, " when {condition}");
         }
         if !from.is_empty() && self.below(5) == 0 {
-            self.transitions.push_str(" after 1500 ms");
+            let is_named = self.is_rich && self.below(2) == 0;
+            self.transitions.push_str(if is_named { " after LIMIT" } else { " after 1500 ms" });
         }
         if self.below(6) == 0 {
             self.transitions.push_str(" priority 2");
         }
+        if self.is_rich && self.below(9) == 0 {
+            self.transitions.push_str(" restart deadline 20 ms");
+        }
         if self.below(6) == 0 {
             self.transitions.push_str(" do { n := 1 }");
+        }
+        if self.is_rich && self.below(6) == 0 {
+            let label = LABELS[self.below(LABELS.len())];
+            self.transitions.push_str(label);
         }
         self.transitions.push('\n');
     }

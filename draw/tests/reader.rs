@@ -23,7 +23,7 @@ impl Rect {
     }
 
     /// True if the other rectangle is inside of this one.
-    fn encloses(&self, other: &Rect) -> bool {
+    pub(crate) fn encloses(&self, other: &Rect) -> bool {
         self.contains((other.x, other.y)) && self.contains((other.x + other.w, other.y + other.h))
     }
 
@@ -82,6 +82,8 @@ pub(crate) struct Shapes {
     pub(crate) details: Vec<Line>,
     pub(crate) bars: Vec<Line>,
     pub(crate) texts: Vec<Text>,
+    /// The middles of tokens.
+    pub(crate) dots: Vec<(i64, i64)>,
 }
 
 pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
@@ -111,6 +113,10 @@ pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
                     "d" => shapes.details.push(line),
                     _ => shapes.bars.push(line),
                 }
+            }
+            ("circle", "a") => {
+                let [x, y] = numbers(&node, ["cx", "cy"])?;
+                shapes.dots.push((x, y));
             }
             ("text", _) => {
                 let [x, y, width] = numbers(&node, ["x", "y", "textLength"])?;
@@ -152,6 +158,10 @@ pub(crate) struct Step {
     pub(crate) kind: String,
     pub(crate) left: String,
     pub(crate) actions: Vec<Action>,
+    /// True if there is a token in it.
+    pub(crate) is_active: bool,
+    /// Small texts beside it or below its actions.
+    pub(crate) remarks: Vec<String>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -161,6 +171,8 @@ pub(crate) struct Transition {
     pub(crate) targets: Vec<String>,
     pub(crate) receptivity: String,
     pub(crate) actions: Vec<Action>,
+    /// Small texts below the receptivity.
+    pub(crate) remarks: Vec<String>,
 }
 
 /// A chart or an expansion.
@@ -170,7 +182,7 @@ pub(crate) struct Region {
     pub(crate) steps: BTreeMap<String, Step>,
     pub(crate) transitions: Vec<Transition>,
     pub(crate) inner: Vec<Region>,
-    /// Small texts.
+    /// Other small texts.
     pub(crate) remarks: Vec<String>,
 }
 
@@ -199,6 +211,7 @@ fn region(mut shapes: Shapes, style: Style) -> Result<Region, String> {
         part.details = split(&mut shapes.details, |it| take(middle(it)));
         part.bars = split(&mut shapes.bars, |it| take(middle(it)));
         part.texts = split(&mut shapes.texts, |it| take((it.x + it.width / 2, it.y - 3)));
+        part.dots = split(&mut shapes.dots, |it| take(*it));
         inner.push(region(part, style)?);
     }
     let mut region = Reader::new(shapes, style)?.region()?;
@@ -296,8 +309,12 @@ impl Reader {
                 return Err(format!("two steps {name}"));
             }
         }
+        if self.shapes.dots.iter().any(|dot| !steps.iter().any(|rect| rect.contains(*dot))) {
+            return Err("a token outside of steps".to_owned());
+        }
         let bars = self.shapes.bars.clone();
         let mut links = Vec::new();
+        let mut ends_of_actions: BTreeMap<usize, i64> = BTreeMap::new();
         for net in &nets {
             let group: Vec<Line> = net.iter().map(|index| self.shapes.links[*index]).collect();
             let owner = steps.iter().position(|rect| {
@@ -325,6 +342,8 @@ impl Reader {
                 }
             }
             entered.sort_by_key(|index| actions[*index].y);
+            let bottom = entered.iter().map(|index| actions[*index].y + actions[*index].h).max();
+            ends_of_actions.extend(bottom.map(|bottom| (owner, bottom)));
             for index in entered {
                 let actions = boxes[index].take().ok_or("an action of two steps")?;
                 if let Some(step) = region.steps.get_mut(&names[owner]) {
@@ -341,6 +360,12 @@ impl Reader {
         }
         self.connect(&links, &names, &mut transitions)?;
         region.transitions = transitions;
+        for (index, rect) in steps.iter().enumerate() {
+            let remarks = self.remarks_of_step(rect, ends_of_actions.get(&index).copied());
+            if let Some(step) = region.steps.get_mut(&names[index]) {
+                step.remarks = remarks;
+            }
+        }
         let rest = (0..self.lines.len()).filter(|index| !self.used.contains(index));
         for index in rest {
             let line = &self.lines[index];
@@ -548,6 +573,34 @@ impl Reader {
         texts.join(between)
     }
 
+    /// The small texts that begin at a point and below it.
+    fn remarks(&mut self, x: i64, first: i64) -> Vec<String> {
+        let mut all = Vec::new();
+        let mut y = first;
+        while let Some(line) = self.take(|line| line.class == "s" && line.x == x && line.y == y) {
+            all.push(line.text);
+            y += 15;
+        }
+        all
+    }
+
+    /// The remarks of a step: below its actions, or level with its middle.
+    fn remarks_of_step(&mut self, rect: &Rect, end_of_actions: Option<i64>) -> Vec<String> {
+        let right = rect.x + rect.w;
+        if let Some(end) = end_of_actions {
+            return self.remarks(right + 18, end + 15);
+        }
+        let is_here = |lines: &[Text], y: i64| {
+            lines.iter().any(|line| line.class == "s" && line.x == right + 8 && line.y == y)
+        };
+        let first = |n: i64| rect.middle().1 - n * 15 / 2 + 11;
+        let all_here = |n: &i64| (0..*n).all(|at| is_here(&self.lines, first(*n) + 15 * at));
+        match (1..9).rev().find(all_here) {
+            Some(n) => self.remarks(right + 8, first(n)),
+            None => Vec::new(),
+        }
+    }
+
     fn has_inset(&self, rect: &Rect) -> bool {
         let Rect { x, y, w, h } = *rect;
         self.shapes.insets.contains(&Rect { x: x + 3, y: y + 3, w: w - 6, h: h - 6 })
@@ -584,6 +637,8 @@ impl Reader {
                 kind: kind.to_owned(),
                 left,
                 actions: Vec::new(),
+                is_active: self.shapes.dots.contains(&(x + w / 2, y + h - 8)),
+                remarks: Vec::new(),
             },
         ))
     }
@@ -725,6 +780,7 @@ impl Reader {
         if texts.is_empty() {
             return Err("a transition without a receptivity".to_owned());
         }
+        let remarks = self.remarks(bar.x2 + 8, y + 15);
         let mut own = Vec::new();
         for (rect, action) in actions.iter().zip(boxes.iter_mut()) {
             let end = (rect.x, rect.middle().1);
@@ -743,6 +799,7 @@ impl Reader {
             targets: Vec::new(),
             receptivity: texts.join(" "),
             actions: own,
+            remarks,
         })
     }
 }

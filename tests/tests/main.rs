@@ -39,6 +39,7 @@ mod net_to_chart;
 mod open_cells;
 mod packages;
 mod page;
+mod pictures;
 mod plants;
 mod program_vs_sim;
 mod regions;

@@ -268,7 +268,7 @@ fn a_page_of_a_thousand_steps_is_small() {
 }
 
 /// Chromium and node; `None` if one of them is missing.
-fn browser() -> Option<(PathBuf, PathBuf)> {
+pub(crate) fn browser() -> Option<(PathBuf, PathBuf)> {
     let chromium = tools::find(&["chromium", "chromium-browser", "google-chrome"]);
     if chromium.is_none() {
         assert!(std::env::var_os("CI").is_none(), "chromium is missing, and CI must have it");

@@ -29,7 +29,7 @@ pub(crate) struct Draw {
     /// Draw the chart once for each situation of a trace (CSV of `check --trace` or `sim --trace`), with its active steps.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "active")]
     pub(crate) frames: Option<String>,
-    /// Divide the drawing into pages of this size: STEM-1.svg, STEM-2.svg and so on, or one file with `-o FILE.pdf` (default: A4).
+    /// Divide the drawing into pages of this size: STEM-1.svg, STEM-2.svg and so on (or .png), or one file with `-o FILE.pdf` (default: A4).
     #[arg(long, value_name = "SIZE", ignore_case = true)]
     pub(crate) page: Option<PaperSize>,
     /// Leave parts blank, for exercises.
@@ -38,9 +38,12 @@ pub(crate) struct Draw {
     /// Run again whenever the design, or a file that it uses, is saved; stop with Ctrl-C. If the saved chart has errors, the last good picture stays, with the errors above it (with --page or for a PDF file, the file stays unchanged).
     #[arg(long)]
     pub(crate) watch: bool,
-    /// File to write, `.svg` or `.pdf`; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
+    /// File to write, `.svg`, `.pdf` or `.png`; `-` is standard output (default: STEM.svg, where STEM is the name of the input file without its extension).
     #[arg(long, short, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Pixels of a PNG file for each pixel of the drawing, 1 to 8 (2 are 192 pixels per inch).
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub(crate) scale: u8,
 }
 
 /// The sizes of `draw --page`.

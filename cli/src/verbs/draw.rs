@@ -7,14 +7,35 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::verbs::{draw_overlays, products};
 use grafsynth_draw::{
-    Blank, NotDrawn, Options, Paper, PdfFile, Picture, Style, TitleBlock, frames, layout, noticed,
-    page_svg, pages, pdf, svg,
+    Blank, NotDrawn, Options, Page, Paper, Picture, Rendered, Style, TitleBlock, TooLarge, frames,
+    layout, noticed, page_png, page_svg, pages, pdf, png, svg,
 };
 use grafsynth_driver::read::NetDesign;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// The size in per cent below which a page is reported as hard to read.
-const SMALL: i64 = 50;
+/// The size in per cent below which a page is reported as hard to read: its smallest letters have fewer than 7 points, instead of 8.25.
+const SMALL: i64 = 85;
+
+/// The kinds of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    Svg,
+    Pdf,
+    Png,
+}
+
+impl Format {
+    /// The format that the ending of a file names; SVG for all others.
+    pub(crate) fn of(path: &Path) -> Format {
+        let is = |ending: &str| path.extension().is_some_and(|it| it.eq_ignore_ascii_case(ending));
+        match (is("pdf"), is("png")) {
+            (true, _) => Format::Pdf,
+            (_, true) => Format::Png,
+            _ => Format::Svg,
+        }
+    }
+}
 
 pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
     Ok(draw(session, arguments)?.1)
@@ -42,7 +63,7 @@ pub(crate) fn again(
     let is_shown = paper(arguments, &output)?.is_none();
     if let Some(picture) = last.as_ref().filter(|_| is_shown) {
         let title = format!("{} has errors; this is the last good drawing", arguments.input.file);
-        products::write_text(session, output, svg(&noticed(picture, &title, &errors)))?;
+        write_whole(session, &noticed(picture, &title, &errors), arguments.scale, output)?;
     }
     Ok(Exit::Errors)
 }
@@ -58,8 +79,12 @@ fn draw(session: &mut Session, arguments: &Draw) -> Result<(Option<Picture>, Exi
         return Ok((None, Exit::Errors));
     };
     let exit = match paper {
-        None => products::write_text(session, output, svg(&picture))?,
-        Some(paper) => write_pages(session, &design, &picture, paper, &output)?,
+        None => write_whole(session, &picture, arguments.scale, output)?,
+        Some(paper) => {
+            let hash = source_hash(session);
+            let pages = pages(&picture, paper, &TitleBlock::of(&design.net, &hash));
+            write_pages(session, &pages, &picture.title, arguments.scale, &output)?
+        }
     };
     Ok((Some(picture), exit))
 }
@@ -67,7 +92,7 @@ fn draw(session: &mut Session, arguments: &Draw) -> Result<(Option<Picture>, Exi
 /// The paper, if the drawing is divided into pages: for `--page` and PDF files.
 fn paper(arguments: &Draw, output: &Path) -> Result<Option<Paper>, Stop> {
     let size = match arguments.page {
-        None if is_pdf(output) => Some(PaperSize::A4),
+        None if Format::of(output) == Format::Pdf => Some(PaperSize::A4),
         size => size,
     };
     if size.is_some() && products::is_stdout(output) {
@@ -80,10 +105,6 @@ fn paper(arguments: &Draw, output: &Path) -> Result<Option<Paper>, Stop> {
         PaperSize::A3 => Paper::A3,
         PaperSize::Letter => Paper::Letter,
     }))
-}
-
-fn is_pdf(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("pdf"))
 }
 
 /// The drawing with its overlays; `None` if a file for one of them has errors, which were shown.
@@ -156,40 +177,88 @@ fn not_drawn(arguments: &Draw, why: NotDrawn) -> Stop {
     }
 }
 
-/// Writes the pages: one PDF file, or a numbered SVG file for each.
-fn write_pages(
-    session: &Session,
-    design: &NetDesign,
-    picture: &Picture,
-    paper: Paper,
-    output: &Path,
-) -> Result<Exit, Stop> {
+/// The beginning of the hash of the source, for the title block.
+fn source_hash(session: &Session) -> String {
     let source = session.sources.get(grafsynth_ir::FileId(0));
     let hash = source.map(|source| files::sha256(source.text.as_bytes())).unwrap_or_default();
-    let hash = hash.get(..16).unwrap_or_default();
-    let pages = pages(picture, paper, &TitleBlock::of(&design.net, hash));
-    for (number, page) in (1..).zip(&pages) {
-        if page.percent < SMALL {
-            session.warn(&format!(
-                "page {number} is drawn at {} % of its size; use larger paper, or draw one chart with --chart",
-                page.percent
-            ));
+    hash.get(..16).unwrap_or_default().to_owned()
+}
+
+/// Writes the drawing as one SVG or PNG file.
+fn write_whole(
+    session: &Session,
+    picture: &Picture,
+    scale: u8,
+    output: PathBuf,
+) -> Result<Exit, Stop> {
+    if Format::of(&output) != Format::Png {
+        return products::write_text(session, output, svg(picture));
+    }
+    let Rendered { bytes, missing } = png(picture, scale).map_err(too_large)?;
+    warn_missing(session, "PNG", &missing);
+    products::write(session, vec![(output, bytes)])
+}
+
+/// Writes the pages: one PDF file, or a numbered SVG or PNG file for each.
+fn write_pages(
+    session: &Session,
+    pages: &[Page],
+    title: &str,
+    scale: u8,
+    output: &Path,
+) -> Result<Exit, Stop> {
+    let small = (1..).zip(pages).filter(|(_, page)| page.percent < SMALL);
+    let small: Vec<(usize, &Page)> = small.collect();
+    if let Some((number, page)) = small.iter().min_by_key(|(_, page)| page.percent) {
+        session.warn(&format!(
+            "{} of {} pages have letters of fewer than 7 points: page {number} is drawn at {} % of its size; use larger paper, or draw one chart with --chart",
+            small.len(),
+            pages.len(),
+            page.percent
+        ));
+    }
+    let numbered = |number| numbered(output, number);
+    match Format::of(output) {
+        Format::Svg => {
+            let all = (1..).zip(pages);
+            let all = all.map(|(number, page)| (numbered(number), page_svg(page).into_bytes()));
+            products::write(session, all.collect())
+        }
+        Format::Png => {
+            let (mut all, mut lacking) = (Vec::new(), BTreeSet::new());
+            for (number, page) in (1..).zip(pages) {
+                let Rendered { bytes, missing } = page_png(page, scale).map_err(too_large)?;
+                all.push((numbered(number), bytes));
+                lacking.extend(missing);
+            }
+            warn_missing(session, "PNG", &lacking);
+            products::write(session, all)
+        }
+        Format::Pdf => {
+            let Rendered { bytes, missing } = pdf(pages, title);
+            warn_missing(session, "PDF", &missing);
+            products::write(session, vec![(output.to_owned(), bytes)])
         }
     }
-    if !is_pdf(output) {
-        let all = (1..).zip(&pages);
-        let all = all.map(|(number, page)| (numbered(output, number), page_svg(page).into_bytes()));
-        return products::write(session, all.collect());
-    }
-    let PdfFile { bytes, missing } = pdf(&pages, &picture.title);
+}
+
+/// Names the characters that are question marks in a file.
+fn warn_missing(session: &Session, format: &str, missing: &BTreeSet<char>) {
     if !missing.is_empty() {
-        let all = missing.iter().map(|c| format!("`{c}` (U+{:04X})", u32::from(*c)));
+        // Escaped, because a character may change the direction of what follows in a terminal.
+        let name = |c: &char| format!("`{}` (U+{:04X})", c.escape_debug(), u32::from(*c));
+        let all = missing.iter().map(name);
         session.warn(&format!(
-            "the PDF file has question marks for characters that its fonts lack: {}; the SVG file shows them",
+            "the {format} file has question marks for characters that its fonts lack: {}; the SVG file shows them",
             all.collect::<Vec<_>>().join(", ")
         ));
     }
-    products::write(session, vec![(output.to_owned(), bytes)])
+}
+
+fn too_large(TooLarge { width, height }: TooLarge) -> Stop {
+    Stop::Input(format!(
+        "a PNG file of {width} x {height} pixels is too large (at most 250 million pixels); use a smaller --scale, --page, or an SVG file"
+    ))
 }
 
 /// `plant.svg` as `plant-2.svg`.

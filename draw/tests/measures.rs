@@ -1,0 +1,172 @@
+//! Measures of drawings: what an edit moves, the size of letters on paper, and the links that pages cut. The figures are in docs/benchmarks.md.
+
+use crate::random::random_chart;
+use crate::read_back::{parsed, rounds};
+use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
+use grafsynth_draw::{Options, Paper, TitleBlock, layout, pages};
+use grafsynth_ir::chart::{Design, Item, Path, Step, Transition};
+use grafsynth_ir::{Name, Span};
+use std::collections::BTreeMap;
+
+/// A chart of sequences, alternatives, parallel branches and loops, without hierarchy.
+fn structured(number: u64) -> String {
+    random_chart(number / 2 * 6 + number % 2 * 4)
+}
+
+fn drawn(design: &Design) -> Picture {
+    layout(design, &Options::default()).expect("it is there")
+}
+
+/// The upper left corner of the box of each step, by the id of the step.
+fn steps(picture: &Picture) -> BTreeMap<String, (i64, i64)> {
+    let mut all = BTreeMap::new();
+    for mark in &picture.marks {
+        if let (Shape::Rect { x, y, width, pen: Pen::Line, .. }, Some(element)) =
+            (&mark.shape, &mark.element)
+        {
+            // The first box of a step is its own; those of its actions follow. The axis does not depend on the width of the name. A transition has the
+            // number of its item in its id.
+            if !element.id.contains("-t") {
+                all.entry(element.id.clone()).or_insert((x + width / 2, *y));
+            }
+        }
+    }
+    all
+}
+
+/// A new step in the middle of a link (or, if `is_alternative`, beside it): the links of the transition lead to the new step, and those of a new transition
+/// from there to the old targets.
+fn edited(design: &Design, number: usize, is_alternative: bool) -> Design {
+    let mut design = design.clone();
+    let new = Name::new("a_new_step", Span::default());
+    let items = &mut design.charts[0].items;
+    let links: Vec<usize> = (0..items.len())
+        .filter(|index| {
+            matches!(&items[*index], Item::Transition(one) if one.sources.len() == 1 && one.targets.len() == 1)
+        })
+        .collect();
+    let place = links[number % links.len()];
+    let Item::Transition(link) = &mut items[place] else { unreachable!("it was chosen so") };
+    let below = Transition {
+        sources: vec![Path::from(new.clone())],
+        targets: link.targets.clone(),
+        ..Transition::default()
+    };
+    let above = Transition {
+        sources: link.sources.clone(),
+        targets: vec![Path::from(new.clone())],
+        ..Transition::default()
+    };
+    if !is_alternative {
+        link.targets.clone_from(&above.targets);
+    }
+    let step = Step { name: new, ..Step::default() };
+    items.insert(place + 1, Item::Transition(below));
+    if is_alternative {
+        items.insert(place + 1, Item::Transition(above));
+    }
+    items.insert(place, Item::Step(step));
+    design
+}
+
+/// The number of pairs of steps whose places differ in the direction of `key`, and how many of them change their order.
+fn pairs(
+    before: &BTreeMap<String, (i64, i64)>,
+    after: &BTreeMap<String, (i64, i64)>,
+    key: impl Fn(&(i64, i64)) -> i64,
+) -> (usize, usize) {
+    let (mut all, mut changed) = (0, 0);
+    for (index, (one, place)) in before.iter().enumerate() {
+        for (other, other_place) in before.iter().skip(index + 1) {
+            let old = key(place).cmp(&key(other_place));
+            all += usize::from(old.is_ne());
+            changed += usize::from(
+                old.is_ne() && key(&after[one]).cmp(&key(&after[other])) == old.reverse(),
+            );
+        }
+    }
+    (all, changed)
+}
+
+/// One more step moves the others by at most one row, and does not change their order.
+#[test]
+fn one_more_step_leaves_the_others_where_they_are() {
+    // A row is a step with the transition below it.
+    let two = steps(&drawn(&parsed("chart c { initial step a step b a -> b b -> a }")));
+    let row = two["c.b"].1 - two["c.a"].1;
+    let (mut across, mut down, mut shifts) = ((0, 0), (0, 0), Vec::new());
+    for number in 0..rounds(60, 500) {
+        let design = parsed(&structured(number));
+        let place = usize::try_from(number * 7).expect("it is small");
+        let other = edited(&design, place, number % 3 == 2);
+        let (before, after) = (steps(&drawn(&design)), steps(&drawn(&other)));
+        let sum = |sum: (usize, usize), more: (usize, usize)| (sum.0 + more.0, sum.1 + more.1);
+        across = sum(across, pairs(&before, &after, |place| place.0));
+        down = sum(down, pairs(&before, &after, |place| place.1));
+        shifts.extend(before.iter().map(|(id, place)| (after[id].1 - place.1).abs()));
+    }
+    shifts.sort_unstable();
+    let median = shifts[shifts.len() / 2];
+    println!("changed order: {across:?} across, {down:?} down; median shift {median} of {row} px");
+    for (all, changed) in [across, down] {
+        assert!(changed * 100 <= all * 5, "{changed} of {all} pairs of steps change their order");
+    }
+    assert!(median <= row, "median shift {median}, a row has {row}");
+}
+
+/// The number of links of a chart: one for each step before or after a transition.
+fn n_links(design: &Design) -> usize {
+    let items = design.charts.iter().flat_map(|chart| &chart.items);
+    let links = items.map(|item| match item {
+        Item::Transition(one) => one.sources.len() + one.targets.len(),
+        _ => 0,
+    });
+    links.sum()
+}
+
+fn count(picture: &Picture, is_it: impl Fn(&str) -> bool) -> usize {
+    let texts = picture.marks.iter().filter_map(|mark| match &mark.shape {
+        Shape::Text { text, .. } => Some(text),
+        _ => None,
+    });
+    texts.filter(|text| is_it(text)).count()
+}
+
+/// Links are cut only between pages: on one sheet, every link is a line.
+#[test]
+fn links_are_cut_between_pages_only() {
+    let (mut n_all, mut n_cut, mut n_pages) = (0, 0, 0);
+    for number in 0..rounds(60, 500) {
+        let design = parsed(&structured(number));
+        let picture = drawn(&design);
+        assert_eq!(count(&picture, |text| text.contains('→')), 0, "{number}");
+        let pages = pages(&picture, Paper::A4, &TitleBlock::default());
+        n_all += n_links(&design);
+        n_pages += pages.len();
+        // Both ends of a cut link have a mark.
+        let marks = pages.iter().map(|page| count(&page.picture, |text| text.contains(" / page ")));
+        n_cut += marks.sum::<usize>() / 2;
+    }
+    println!("{n_pages} pages, {n_cut} cuts of {n_all} links");
+    // The return of a loop and the sequence below it cross each cut.
+    assert!(n_cut * 100 <= n_all * 15, "{n_cut} of {n_all} links");
+}
+
+/// On paper, the letters of structured charts have at least 7 points, except on the pages of wide charts, which are drawn smaller.
+#[test]
+fn letters_on_paper_are_large_enough() {
+    // 96 pixels are 72 points.
+    let is_small = |percent: i64| Font::Small.size() * percent * 72 < 7 * 96 * 100;
+    let (mut n_small, mut n_wide, mut n_all) = (0, 0, 0);
+    for number in 0..rounds(60, 500) {
+        let picture = drawn(&parsed(&structured(number)));
+        for page in pages(&picture, Paper::A4, &TitleBlock::default()) {
+            n_all += 1;
+            n_wide += usize::from(page.percent < 100);
+            n_small += usize::from(is_small(page.percent));
+        }
+    }
+    println!("{n_all} pages, {n_wide} drawn smaller, {n_small} with letters below 7 points");
+    // Wide charts; `draw` reports them.
+    assert!(n_small * 10 <= n_all * 4, "{n_small} of {n_all} pages");
+}
