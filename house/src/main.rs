@@ -48,11 +48,11 @@ const LONG: usize = 80;
 
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
-    ("code lines of frontend", 36_400),
+    ("code lines of frontend", 36_910),
     ("code lines of c and backend-c", 29_320),
-    ("code lines of ir", 20_770),
-    ("code lines of driver", 13_240),
-    ("code lines of all crates", 181_800),
+    ("code lines of ir", 20_900),
+    ("code lines of driver", 13_250),
+    ("code lines of all crates", 182_830),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 594),
