@@ -38,6 +38,10 @@ const MIXED: &str = "chart mixed {
 }
 ";
 
+/// A page with a button without a name, and a text that is hard to read in the light and in the dark.
+const SPOILED: &str = "<!DOCTYPE html><html lang=\"en\"><title>spoiled</title><main><h1>spoiled</h1><button></button>\
+                       <p style=\"color: #888; background: #999\">grey</p></main></html>";
+
 /// Node, chromium and the script of axe-core; `None` if one of them is missing.
 fn programs() -> Option<(PathBuf, PathBuf, PathBuf)> {
     let axe = std::env::var_os("GRAFSYNTH_AXE").map(PathBuf::from);
@@ -74,6 +78,7 @@ fn axe_core_has_no_serious_finding() {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let example = |name: &str| examples.join(name).display().to_string();
     fs::write(folder.join("mixed.graf"), MIXED).expect("written");
+    fs::write(folder.join("spoiled.html"), SPOILED).expect("written");
     for (chart, page) in [
         (&*example("truck/truck.graf"), "grafcet.html"),
         (&*example("supervisor/supervisor.scxml"), "statechart.html"),
@@ -91,9 +96,18 @@ fn axe_core_has_no_serious_finding() {
         fs::write(folder.join(name), text).expect("written");
     }
     let (chromium, axe) = (chromium.display().to_string(), axe.display().to_string());
-    let pages = ["grafcet.html", "statechart.html", "mixed.html", "truck.report.html"];
+    let pages =
+        ["grafcet.html", "statechart.html", "mixed.html", "truck.report.html", "spoiled.html"];
     let arguments = [&["axe.js", &*chromium, &*axe], &pages[..]].concat();
     let done = tools::run(&node, &arguments, folder, b"", LIMIT).expect("it runs");
     assert!(done.is_success, "{}", done.stderr);
-    assert_eq!(String::from_utf8_lossy(&done.stdout), "");
+    let found = String::from_utf8_lossy(&done.stdout);
+    let is_spoiled = |line: &&str| line.starts_with("spoiled.html, ");
+    let (expected, findings): (Vec<&str>, Vec<&str>) = found.lines().partition(is_spoiled);
+    assert_eq!(findings, [""; 0], "{found}");
+    // What is spoiled is found, in each look that depends on it.
+    for (rule, looks) in [("button-name", 3), ("color-contrast", 6)] {
+        let n = expected.iter().filter(|line| line.contains(&format!(": {rule}: "))).count();
+        assert_eq!(n, looks, "{rule}: {found}");
+    }
 }

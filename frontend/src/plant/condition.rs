@@ -64,33 +64,23 @@ impl Reader<'_> {
             return Ok(Condition::Within(reading, Some(1), Some(1)));
         }
         let sign = self.parser.kind(0);
-        let is_sign = matches!(
-            sign,
-            Kind::Equal
-                | Kind::NotEqual
-                | Kind::Less
-                | Kind::LessEqual
-                | Kind::Greater
-                | Kind::GreaterEqual
-        );
-        if !is_sign {
-            return Err(self.parser.unexpected("a comparison, such as `>= 1`"));
-        }
+        let bounds: fn(i64) -> (Option<i64>, Option<i64>) = match sign {
+            Kind::Less => |value| (None, Some(value - 1)),
+            Kind::LessEqual => |value| (None, Some(value)),
+            Kind::Greater => |value| (Some(value + 1), None),
+            Kind::GreaterEqual => |value| (Some(value), None),
+            Kind::Equal | Kind::NotEqual => |value| (Some(value), Some(value)),
+            _ => return Err(self.parser.unexpected("a comparison, such as `>= 1`")),
+        };
         self.parser.advance();
-        let is_quantity = matches!(reading, Reading::Quantity(_));
-        let (bound, scale) =
-            if is_quantity { (MAX_UNITS, SCALE) } else { (i64::from(u32::MAX), 1) };
-        let value = self.whole(-bound, bound, "the number of a comparison")? * scale;
-        Ok(match sign {
-            Kind::Less => Condition::Within(reading, None, Some(value - 1)),
-            Kind::LessEqual => Condition::Within(reading, None, Some(value)),
-            Kind::Greater => Condition::Within(reading, Some(value + 1), None),
-            Kind::GreaterEqual => Condition::Within(reading, Some(value), None),
-            Kind::NotEqual => {
-                Condition::Not(Box::new(Condition::Within(reading, Some(value), Some(value))))
-            }
-            _ => Condition::Within(reading, Some(value), Some(value)),
-        })
+        let (largest, scale) = match reading {
+            Reading::Quantity(_) => (MAX_UNITS, SCALE),
+            Reading::Input(_) | Reading::Output(_) => (i64::from(u32::MAX), 1),
+        };
+        let value = self.whole(-largest, largest, "the number of a comparison")? * scale;
+        let (lo, hi) = bounds(value);
+        let within = Condition::Within(reading, lo, hi);
+        Ok(if sign == Kind::NotEqual { Condition::Not(Box::new(within)) } else { within })
     }
 }
 
