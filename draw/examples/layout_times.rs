@@ -1,4 +1,4 @@
-//! Prints the time of the layout of charts with different structures and sizes.
+//! Prints the time of the layout of charts with different structures and sizes: the best of several runs.
 //!
 //! ```text
 //! cargo run --release -p grafsynth-draw --example layout_times
@@ -14,6 +14,9 @@ use grafsynth_draw::{Options, layout, svg};
 use grafsynth_ir::chart::{Chart, Design, Expr, Item, Leaf, Path, Step, StepRole, Transition};
 use grafsynth_ir::{Name, Span};
 use std::time::Instant;
+
+/// The number of runs.
+const ROUNDS: usize = 5;
 
 fn name(text: String) -> Name {
     Name::new(text, Span::default())
@@ -132,19 +135,21 @@ fn main() {
         }
         for &n in sizes {
             let design = made(n);
-            let start = Instant::now();
-            let Ok(picture) = layout(&design, &Options::default()) else { continue };
-            let laid_out = start.elapsed();
-            let bytes = svg(&picture).len();
-            let all = start.elapsed();
+            let (mut best, mut result) = ((f64::MAX, f64::MAX), (0, 0, 0, 0));
+            for _ in 0..ROUNDS {
+                let start = Instant::now();
+                let Ok(picture) = layout(&design, &Options::default()) else { continue };
+                let laid_out = start.elapsed();
+                let bytes = svg(&picture).len();
+                let all = start.elapsed();
+                best.0 = best.0.min(laid_out.as_secs_f64() * 1e3);
+                best.1 = best.1.min(all.as_secs_f64() * 1e3);
+                result = (picture.marks.len(), bytes / 1000, picture.width, picture.height);
+            }
+            let (n_marks, kilobytes, width, height) = result;
             println!(
-                "{kind:9} {n:6} steps: layout {:9.2} ms, with SVG {:9.2} ms, {} marks, {} kB, {} x {}",
-                laid_out.as_secs_f64() * 1e3,
-                all.as_secs_f64() * 1e3,
-                picture.marks.len(),
-                bytes / 1000,
-                picture.width,
-                picture.height
+                "{kind:9} {n:6} steps: layout {:9.2} ms, with SVG {:9.2} ms, {n_marks} marks, {kilobytes} kB, {width} x {height}",
+                best.0, best.1
             );
         }
     }

@@ -172,11 +172,11 @@ fn flaws(svg: &str) -> Option<String> {
         let is_same = |other: &&Line| {
             one.x1 == one.x2
                 && other.x1 == other.x2
-                && (one.x1 - other.x1).abs() < 2
+                && (one.x1 - other.x1).abs() < 4
                 && overlap((one.y1, one.y2), (other.y1, other.y2))
                 || one.y1 == one.y2
                     && other.y1 == other.y2
-                    && (one.y1 - other.y1).abs() < 2
+                    && (one.y1 - other.y1).abs() < 4
                     && overlap((one.x1, one.x2), (other.x1, other.x2))
         };
         if let Some(other) = links[..index].iter().find(is_same) {
@@ -206,7 +206,7 @@ fn flaws(svg: &str) -> Option<String> {
         if let Some(other) = areas[..index].iter().find(is_near) {
             return Some(format!("texts {one:?} {other:?}"));
         }
-        if let Some(line) = links.iter().find(|line| !one.is_apart(&area(line), 0)) {
+        if let Some(line) = links.iter().find(|line| !one.is_apart(&area(line), 2)) {
             return Some(format!("text {:?} {line:?}", texts[index]));
         }
         let is_over = |rect: &&&Rect| {

@@ -914,16 +914,16 @@ fn flaws(svg: &str) -> Option<String> {
         .map(|text| Rect { x: text.x, y: text.y - 9, w: text.width, h: 11 })
         .collect();
     for (index, one) in texts.iter().enumerate() {
-        if let Some(other) = texts[..index].iter().find(|other| !one.is_apart(other, 0)) {
+        if let Some(other) = texts[..index].iter().find(|other| !one.is_apart(other, 2)) {
             return Some(format!("texts {one:?} {other:?}"));
         }
         for line in links.iter().chain(&drawing.details).chain(&drawing.dashed) {
             let area = Rect { x: line.x1, y: line.y1, w: line.x2 - line.x1, h: line.y2 - line.y1 };
-            if !one.is_apart(&area, 0) {
+            if !one.is_apart(&area, 2) {
                 return Some(format!("text {:?} {line:?}", drawing.texts[index]));
             }
         }
-        let crosses = |rect: &&Rect| !(one.is_apart(rect, 0) || encloses(rect, one));
+        let crosses = |rect: &&Rect| !(one.is_apart(rect, 2) || encloses(rect, one));
         if let Some(rect) = drawing.boxes.iter().find(crosses) {
             return Some(format!("text {:?} {rect:?}", drawing.texts[index]));
         }

@@ -1,5 +1,5 @@
 // Compares PNG files with what a browser shows for the SVG files of the same names: `node pictures.js CHROMIUM NAME..`, in their folder, prints for each name
-// the sizes, and how much the light of blocks of 8 x 8 pixels differs: the mean, and the share of blocks with more than a fourth of white.
+// the sizes, and how much the light of blocks of 8 x 8 pixels differs: the mean, the worst, and the share of blocks with more than a fourth of white.
 const fs = require("fs");
 const path = require("path");
 const { Chromium } = require("./chromium.js");
