@@ -1,6 +1,7 @@
 //! PNG files through other programs: Python reads them, and a browser shows the SVG file of the same drawing alike.
 
 #![allow(clippy::print_stdout, reason = "tests report what they skip")]
+#![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 
 use crate::page::browser;
 use grafsynth_draw::picture::{Picture, Shape};

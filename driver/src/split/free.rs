@@ -31,7 +31,7 @@ pub fn assumed(net: &Net, settled: &Settled, linked: &Linked) -> String {
         false => String::new(),
     };
     format!(
-        "assumed: all inputs are 0 until all parts have started; then one input at a time changes, {gap}{tick}; the program calls the part on the CPU again and again"
+        "assumed: all inputs are 0 until all parts have started; then one input at a time changes, {gap}{tick}; the program calls the part on the CPU again and again without a pause"
     )
 }
 
