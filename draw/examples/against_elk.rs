@@ -177,7 +177,7 @@ fn main() -> Result<(), String> {
         }
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
         println!(
-            "{kind}: {count} charts with {n_nodes} symbols; {ours} crossings, {program} {theirs} (fewer in {n_more} charts); width {:.2}, area {:.2} of it",
+            "{kind}: {count} charts with {n_nodes} symbols; {ours} crossings, {program} {theirs} ({n_more} charts have fewer there); width {:.2}, area {:.2} of it",
             mean(&wider),
             mean(&larger)
         );
