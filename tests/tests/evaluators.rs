@@ -16,7 +16,7 @@ const SHARED: [&str; 11] = [
     "op.apply(",
     "expr.as_constant()",
     "Expr::as_constant",
-    "grafsynth_ir::plan",
+    "grafsynth_ir::plan::",
 ];
 
 #[allow(clippy::disallowed_methods, reason = "tests read files")]

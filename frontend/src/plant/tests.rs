@@ -89,7 +89,7 @@ fn what_a_plant_cannot_do_is_refused() {
         ("rect a, 2, 3, 4", "G0123", "a"),
         ("text 1, 2, go", "G0101", "go"),
         ("pos 1", "G0104", "pos"),
-        ("7", "G0101", "7"),
+        ("7", "G0101", ""),
     ] {
         let found = errors(text);
         let found: Vec<_> = found.iter().map(|(code, _, marked)| (*code, &**marked)).collect();

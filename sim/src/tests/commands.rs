@@ -64,5 +64,5 @@ fn a_short_name_is_enough_if_only_one_input_has_it() {
     assert_eq!(parse("go; b.x"), parse("a.go; b.x"));
     assert_eq!(parse("go"), Ok(vec![Command::Toggle(InputId::from_index(1))]));
     let found = parse("x").unwrap_err();
-    assert_eq!(found.message, "`x` is neither a command nor an input");
+    assert_eq!(found.message, "`x` is the short name of 2 different inputs");
 }
