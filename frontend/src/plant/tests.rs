@@ -28,7 +28,7 @@ fn errors(text: &str) -> Vec<(&'static str, String, String)> {
     let (plant, found) = read(&text);
     assert_eq!(plant, None);
     let marked = |it: &Diagnostic| {
-        it.labels.first().map_or(String::new(), |(span, _)| text[span.range()].to_owned())
+        it.labels.first().map_or(String::new(), |label| text[label.span.range()].to_owned())
     };
     found.iter().map(|it| (it.code.id, it.message.clone(), marked(it))).collect()
 }
