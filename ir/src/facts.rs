@@ -48,6 +48,26 @@ impl Facts {
         self.rounds.clone().into_iter().chain(of_depth).min_by_key(|rounds| rounds.value)
     }
 
+    /// The facts about situations that also apply between the micro-steps of a reaction, and what is known about the evolution itself.
+    #[must_use]
+    pub fn between_micro_steps(&self, net: &Net) -> Facts {
+        let lasts = |by: Proof| is_about_micro_steps(net, by);
+        let is_kept = |at: &u32| self.components.get(*at as usize).is_some_and(|it| lasts(it.by));
+        let component_of = self
+            .component_of
+            .as_ref()
+            .map(|of| IdMap::build(&net.steps, |step, _| of[step].filter(is_kept)));
+        Facts {
+            reach: self.reach.clone().filter(|reach| lasts(reach.by)),
+            invariants: self.invariants.iter().filter(|it| lasts(it.by)).cloned().collect(),
+            component_of,
+            unreachable_steps: Vec::new(),
+            dead_transitions: Vec::new(),
+            all_dead_known: false,
+            ..self.clone()
+        }
+    }
+
     /// True if it is proved that the two steps are never active together, not even between the micro-steps of a reaction.
     #[must_use]
     pub fn exclude(&self, net: &Net, a: StepId, b: StepId) -> bool {

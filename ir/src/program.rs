@@ -147,7 +147,7 @@ pub enum Origin {
     Helper,
 }
 
-/// What the evolution of a statechart carries from one check to the next, besides the state of the net (semantics §3.9).
+/// What an evolution carries from one check to the next, besides the state of the net (semantics §3.9).
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Carried {
     /// The reaction has a fault so far.
@@ -156,8 +156,10 @@ pub enum Carried {
     Again,
     /// The number of the event of this check, counted from 1 in this list; 0 for a check without an event.
     Event(Vec<InputId>),
-    /// The micro-steps since the last event that restarts the count.
+    /// The micro-steps since the last event that restarts the count; outside statecharts, since the start of the reaction.
     Count,
+    /// Outside statecharts: this event is present in this check.
+    Present(InputId),
     /// The number of waiting events that restart the count.
     Restarts,
     /// This event of the row is still waiting.

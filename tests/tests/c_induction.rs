@@ -380,14 +380,15 @@ fn no_mutant_of_a_random_chart_that_differs_is_proved() {
         return;
     }
     let base = Features { max_steps: 12, ..Features::everything().without_statecharts() };
-    let n_charts = if rounds(0, 1) > 0 { 9 } else { 2 };
+    let n_charts = if rounds(0, 1) > 0 { 15 } else { 3 };
     let subject = |seed: &u64| {
         let net = random_net(*seed, &base.some(*seed));
         let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
         let changes = changes(&package);
         (*seed, net, package, changes)
     };
-    let seeds = [54, 55, 34, 29, 24, 39, 19, 15, 41];
+    // Every second one evolves until it is stable.
+    let seeds = [54, 9, 55, 15, 34, 16, 29, 17, 24, 18, 39, 19, 23, 41, 26];
     let subjects: Vec<_> = seeds.iter().take(n_charts).map(subject).collect();
     let mut random = Random::new(9);
     let numbers = 0..rounds(8, 900) as usize;
@@ -411,6 +412,55 @@ fn no_mutant_of_a_random_chart_that_differs_is_proved() {
     println!("{n_proved} of {} mutants are proved and equal", mutants.len());
     // In two of these charts, most steps are never active, so many changes have no effect.
     assert!(n_proved < mutants.len(), "some changes have an effect");
+}
+
+/// A bit that never changes in one case of the proof may change in another one.
+#[test]
+fn what_a_case_never_changes_is_not_a_constant() {
+    let base = Features { max_steps: 12, ..Features::everything().without_statecharts() };
+    let net = random_net(16, &base.some(16));
+    let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+    assert_eq!(proved(&net, &package), Ok(()));
+    let done = "self->s4_task == 1U";
+    let wrong = changed(&package, "own.c", done, "self->s4_task == 3U");
+    assert!(proved(&net, &wrong).is_err(), "s4 is active in some states");
+}
+
+/// A reaction of more micro-steps than could be unrolled, with events, edges and a list in each.
+#[test]
+fn an_evolution_is_proved_check_by_check() {
+    let steps = 12;
+    let mut text = "chart own {
+    evolution stable limit 2000
+    input go
+    event e
+    internal event more
+    output done
+    var n: int 0..1000
+    initial step s0
+"
+    .to_owned();
+    for at in 1..steps {
+        let output = if at == steps - 1 { "done; " } else { "" };
+        text += &format!("    step s{at} {{ {output}entry {{ n := n + 1 }} }}\n");
+    }
+    text += "    s0 -> s1 on e when rise(go) do { raise more }\n";
+    text += "    s1 -> s2 on more\n";
+    for at in 2..steps - 1 {
+        text += &format!("    s{at} -> s{} when go\n", at + 1);
+    }
+    text += &format!("    s{} -> s0 when not go\n}}\n", steps - 1);
+    let net = chart("own.graf", &text);
+    let package = emitted(&net, Style::Bits, Io::Members).expect("the style supports it");
+    assert_eq!(proved(&net, &package), Ok(()));
+    for (old, new) in [
+        ("more = self->more_pending;", "more = false;"),
+        ("again = any && (micro_steps != 2000);", "again = any && (micro_steps != 1999);"),
+        ("self->go_before = in->go;", "self->go_before = false;"),
+    ] {
+        let wrong = changed(&package, "own.c", old, new);
+        assert!(proved(&net, &wrong).is_err(), "{new}");
+    }
 }
 
 /// The text of `own.c`, or the header, with a change.

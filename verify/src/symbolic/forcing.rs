@@ -68,6 +68,15 @@ impl Maker<'_> {
         }
     }
 
+    /// Conditions that are true in every situation: its own forcing orders would not change it.
+    pub(super) fn stays_forced(&mut self, state: &State) -> Vec<Lit> {
+        let mut next = state.active.clone();
+        let mut restarted = vec![Lit::FALSE; next.len()];
+        self.force(&state.active, &mut next, &mut restarted);
+        let all = next.into_iter().zip(&state.active).filter(|(next, now)| next != *now);
+        all.map(|(next, now)| !self.aig.xor(next, *now)).collect()
+    }
+
     /// Step R2: the steps that are active after reset.
     pub(super) fn initial_situation(&mut self) -> Vec<StepId> {
         let net = self.net;

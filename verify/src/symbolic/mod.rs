@@ -28,6 +28,7 @@ mod forced;
 mod forcing;
 mod image;
 mod invariant;
+mod micro_steps;
 mod number;
 mod order;
 mod pair;

@@ -17,7 +17,7 @@ use super::calls::Call;
 use super::forced::{ForcedChart, forced_charts};
 use super::number::Number;
 use super::state::{Shape, State, Value, held_of, is_move};
-use super::statechart::run::Statechart;
+use super::statechart::run::{Run, Statechart};
 use crate::exclusive::entered;
 
 /// The inputs of a reaction.
@@ -93,6 +93,8 @@ pub(crate) struct Maker<'n> {
     pub(super) fired: Vec<Vec<Lit>>,
     /// For each number of micro-steps (the index): true if the last reaction has one more, or would have it with a larger depth. Not for statecharts.
     pub(super) more: Vec<Lit>,
+    /// What the evolution of the current reaction carries, for statecharts and for proofs that cut an evolution.
+    pub(in crate::symbolic) run: Run,
     /// For statecharts only.
     pub(super) statechart: Option<Statechart>,
 }
@@ -103,7 +105,7 @@ impl<'n> Maker<'n> {
         depth: Option<u32>,
         node_limit: usize,
     ) -> Result<Self, Unsupported> {
-        let statechart = Statechart::of(net)?;
+        let (statechart, run) = Statechart::of(net)?.unzip();
         let (limit, is_stable) = match net.settings.evolution {
             Evolution::Single => (1, false),
             Evolution::Stable { limit } => (limit, true),
@@ -141,6 +143,7 @@ impl<'n> Maker<'n> {
             calls: Vec::new(),
             called: Vec::new(),
             frozen: None,
+            run: run.unwrap_or_default(),
             statechart,
         };
         if let Some(statechart) = &maker.statechart {
@@ -237,7 +240,6 @@ impl<'n> Maker<'n> {
         state: &State,
         inputs: &Inputs,
     ) -> Result<Reaction, Unsupported> {
-        let net = self.net;
         let mut state = state.clone();
         self.inputs = inputs.clone();
         self.calls.clear();
@@ -250,29 +252,43 @@ impl<'n> Maker<'n> {
             return self.end_of_statechart(state);
         }
         let mealy = self.mealy(&state);
-        // L3
-        for (event, input) in net.inputs.iter().filter(|(_, input)| input.kind.is_event()) {
+        self.latch_present(&mut state);
+        let fault = self.evolve(&mut state)?;
+        let mut reaction = self.end_of_reaction(state, fault)?;
+        for (output, code) in mealy {
+            reaction.outputs[output.index()] = vec![code];
+        }
+        Ok(reaction)
+    }
+
+    /// Step L3: the events that are present in the first check.
+    pub(super) fn latch_present(&mut self, state: &mut State) {
+        for (event, input) in self.net.inputs.iter().filter(|(_, input)| input.kind.is_event()) {
             let row = match input.kind {
-                InputKind::Event => inputs.values[event.index()].flag(),
+                InputKind::Event => self.inputs.values[event.index()].flag(),
                 InputKind::InternalEvent | InputKind::Pin | InputKind::Extern => Lit::FALSE,
             };
             self.events[event.index()] = self.aig.or(row, state.raised[event.index()]);
             state.raised[event.index()] = Lit::FALSE;
         }
-        let fault = self.evolve(&mut state)?;
+    }
+
+    /// The rest of a reaction after its evolution, without mealy outputs.
+    pub(super) fn end_of_reaction(
+        &mut self,
+        mut state: State,
+        fault: Lit,
+    ) -> Result<Reaction, Unsupported> {
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
         self.end(&mut state)?;
-        for (edge, operand) in net.edges.iter() {
+        for (edge, operand) in self.net.edges.iter() {
             if self.over_inputs[edge.index()] {
                 state.old[edge.index()] = self.flag(&state, &operand.expr);
             }
         }
-        let mut outputs = self.outputs(&state);
-        for (output, code) in mealy {
-            outputs[output.index()] = vec![code];
-        }
+        let outputs = self.outputs(&state);
         Ok(Reaction { state, outputs, fault })
     }
 
@@ -399,48 +415,66 @@ impl<'n> Maker<'n> {
 
     /// EVOLVE of semantics §3.9; returns the fault.
     fn evolve(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
-        let net = self.net;
-        let is_stable = net.settings.evolution != Evolution::Single;
+        let is_stable = self.net.settings.evolution != Evolution::Single;
         let mut running = Lit::TRUE;
         let mut fresh = Lit::TRUE;
         for round in 0..=self.depth {
-            let now: Vec<Lit> =
-                net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
-            let chosen = self.check(state, &now, fresh)?;
-            let any = self.aig.or_all(chosen.iter().copied());
-            for (edge, now) in now.iter().enumerate() {
-                if !self.over_inputs[edge] {
-                    // The operand is compared in this check, whether or not something fires; firings below do not change the compared value.
-                    state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
-                }
-            }
-            let goes_on = self.aig.and(running, any);
+            let is_last = Lit::constant(round == self.depth);
+            let goes_on = self.micro_step(state, (running, fresh), is_last)?;
             self.more.push(goes_on);
-            if round == self.depth {
+            if is_last == Lit::TRUE {
                 return Ok(if self.may_fault { goes_on } else { Lit::FALSE });
             }
-            let fires: Vec<Lit> = chosen.iter().map(|one| self.aig.and(*one, running)).collect();
-            let fires = match self.claimed.take() {
-                Some(claimed) => {
-                    self.decided = fires;
-                    claimed
-                }
-                None => fires,
-            };
-            self.fire(state, &fires)?;
-            self.fired.push(fires);
             if !is_stable {
                 return Ok(Lit::FALSE);
             }
             running = goes_on;
             fresh = Lit::FALSE;
+        }
+        Ok(Lit::FALSE)
+    }
+
+    /// One round of EVOLVE, if the evolution is `running`: a check, and the micro-step that it decides unless `is_last`. Returns whether something is selected.
+    pub(super) fn micro_step(
+        &mut self,
+        state: &mut State,
+        (running, fresh): (Lit, Lit),
+        is_last: Lit,
+    ) -> Result<Lit, Unsupported> {
+        let net = self.net;
+        let now: Vec<Lit> =
+            net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
+        let chosen = self.check(state, &now, fresh)?;
+        let any = self.aig.or_all(chosen.iter().copied());
+        for (edge, now) in now.iter().enumerate() {
+            if !self.over_inputs[edge] {
+                // The operand is compared in this check, whether or not something fires; firings below do not change the compared value.
+                state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
+            }
+        }
+        let selects = self.aig.and(running, any);
+        let may_fire = self.aig.and(running, !is_last);
+        if may_fire == Lit::FALSE {
+            return Ok(selects);
+        }
+        let fires: Vec<Lit> = chosen.iter().map(|one| self.aig.and(*one, may_fire)).collect();
+        let fires = match self.claimed.take() {
+            Some(claimed) => {
+                self.decided = fires;
+                claimed
+            }
+            None => fires,
+        };
+        self.fire(state, &fires)?;
+        self.fired.push(fires);
+        if net.settings.evolution != Evolution::Single {
             for event in 0..state.raised.len() {
                 // If nothing fired, nothing was raised, and no further check reads the event.
                 self.events[event] = state.raised[event];
                 state.raised[event] = Lit::FALSE;
             }
         }
-        Ok(Lit::FALSE)
+        Ok(selects)
     }
 
     /// CHECK of semantics §3.9: for each transition, whether it is in F'.

@@ -6,7 +6,7 @@ use crate::arena::IdMap;
 use crate::expr::{ArithOp, CompareOp, Expr as GenericExpr, ExprKind, Type};
 use crate::net::{Step, StepId, Transition, TransitionId, TransitionKind};
 use crate::plan::is_over_inputs;
-use crate::program::{Expr, Leaf, Stmt, TempRole};
+use crate::program::{Carried, Expr, Leaf, Stmt, TempRole};
 use crate::span::Span;
 
 impl Builder<'_> {
@@ -93,6 +93,7 @@ impl Builder<'_> {
             else {
                 continue;
             };
+            self.carried.push((holds, Carried::Present(event)));
             step.push(Stmt::Set(
                 holds,
                 self.pending[event].map_or_else(|| Expr::bool(false), cell),
@@ -106,6 +107,11 @@ impl Builder<'_> {
         body.push(Stmt::If(temp(again), step, Vec::new()));
         self.renew_edges(&mut body);
         self.evolution = Some(again);
+        self.carried.extend([
+            (fault, Carried::Fault),
+            (again, Carried::Again),
+            (count, Carried::Count),
+        ]);
         out.push(Stmt::Repeat { limit: limit.saturating_add(1), condition: temp(again), body });
         out.push(Stmt::Fault(temp(fault)));
     }

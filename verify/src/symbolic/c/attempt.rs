@@ -30,6 +30,8 @@ pub(super) struct Structures {
 pub(super) struct Attempt<'a> {
     pub(super) of: Subject<'a>,
     pub(super) model: Model<'a>,
+    /// True if the reaction starts only in states in which one step of a component is active, or none.
+    pub(super) is_case: bool,
     pub(super) program: Program<'a>,
     pub(super) structures: Structures,
     /// The state of the net before the reaction.
@@ -75,7 +77,8 @@ pub(super) struct Attempt<'a> {
 
 impl<'a> Attempt<'a> {
     pub(super) fn new(of: Subject<'a>, focus: Option<Focus>) -> Result<Self, String> {
-        let mut model = Model::of(of.net, known_depth(of.facts), of.limits)?;
+        let depth = if of.is_cut { Some(1) } else { known_depth(of.facts) };
+        let mut model = Model::of(of.net, depth, of.limits)?;
         let aig = std::mem::replace(model.aig(), Aig::new());
         let program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
         let named = |suffix: &str| {
@@ -107,6 +110,7 @@ impl<'a> Attempt<'a> {
         let mut this = Attempt {
             of,
             model,
+            is_case: focus.is_some(),
             program,
             structures,
             state,
@@ -179,7 +183,7 @@ impl<'a> Attempt<'a> {
         checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         checks.extend(self.queries(&state, Some(fault), &memory)?);
-        if self.of.net.settings.policy.is_statechart() {
+        if self.of.is_cut {
             checks.extend(self.invariants_of_row(&state));
         }
         checks.extend(self.obligations());

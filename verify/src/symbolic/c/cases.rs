@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use grafsynth_ir::instance::Carried;
 use grafsynth_ir::net::Net;
 
 use super::Induction;
@@ -44,7 +45,11 @@ impl Subject<'_> {
         if self.net.settings.policy.is_statechart() {
             return this.prove_evolution();
         }
-        this.prove_within()
+        // If the evolution cannot be cut, it is unrolled, which also uses what is known about whole reactions.
+        match self.hint.locals.iter().any(|(_, what)| *what == Carried::Again) {
+            true => this.prove_evolution().or_else(|why| this.prove_within().map_err(|_| why)),
+            false => this.prove_within(),
+        }
     }
 
     pub(super) fn prove_within(self) -> Result<Induction, String> {

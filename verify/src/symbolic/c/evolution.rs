@@ -24,20 +24,22 @@ use super::memory::{
 use super::net_values::{differs, length_of, queue_of};
 use super::question::{Check, Place, Question, Subject};
 use super::value::{Int, compare};
-use crate::symbolic::CONE;
-use crate::symbolic::Model;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
 use crate::symbolic::reaction::Reaction;
 use crate::symbolic::state::{State, Value};
 use crate::symbolic::statechart::cut::{Held, Which};
+use crate::symbolic::statechart::run::Run;
 use crate::symbolic::sweep::Query;
+use crate::symbolic::{CONE, Model, known_depth};
 use batsat::lbool;
 
 /// The maximum number of attempts to find the locals that keep their value in the loop.
 const ATTEMPTS: usize = 8;
 /// The conflicts for all questions about one part, as a multiple of the limit for one question.
 const EFFORT: u64 = 8;
+/// The conflicts for a question that may be answered by comparing what is computed in between.
+const QUICK: u64 = 1_000;
 
 /// `NAME_step`, cut at a loop.
 #[derive(Clone, Copy)]
@@ -95,13 +97,18 @@ impl Subject<'_> {
         if !self.hint.locals.iter().any(|(_, what)| *what == Carried::Again) {
             return Err("a statechart in this style is not supported by the induction".to_owned());
         }
+        let this = Subject { is_cut: true, ..self };
         let mut total = Induction::default();
-        Model::of(self.net, Some(1), self.limits)?.prove_structure(self.limits)?;
-        let mut reset = Attempt::new(self, None)?;
+        let mut model = Model::of(self.net, Some(1), self.limits)?;
+        match self.net.settings.policy.is_statechart() {
+            true => model.prove_structure(self.limits)?,
+            false => model.maker.refuse_firing_outputs()?,
+        }
+        let mut reset = Attempt::new(this, None)?;
         let checks = reset.reset()?;
         let settled = reset.settle_all(&checks, false, &mut total);
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
-        let this = Subject { unset: reset.unset.as_deref().unwrap_or_default(), ..self };
+        let this = Subject { unset: reset.unset.as_deref().unwrap_or_default(), ..this };
         let name = format!("{}{}", self.hint.prefix, self.reaction());
         let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();
@@ -120,8 +127,10 @@ impl Subject<'_> {
         let checks = start.start(cut)?;
         start.settle_all(&checks, false, total)?;
         let mut varies = BTreeSet::new();
+        let lasting = self.facts.between_micro_steps(self.net);
+        let within = Subject { facts: &lasting, ..self };
         for _ in 0..ATTEMPTS {
-            let mut round = Attempt::new(self, None)?;
+            let mut round = Attempt::new(within, None)?;
             match round.check(cut, &varies) {
                 Err(Failed::Changed(more)) => varies.extend(more),
                 Err(Failed::Open(why)) => return Err(why),
@@ -184,6 +193,7 @@ impl<'a> Attempt<'a> {
         self.keeps_gate(&memory)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         let state = self.with_model(|this| this.model.maker.start_of_evolution(&state, &inputs));
+        self.next = Some(state.clone());
         let wanted = self.model.maker.calls.clone();
         checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.within(Place::Start, &state, &memory)?);
@@ -241,6 +251,9 @@ impl<'a> Attempt<'a> {
         let before = self.with_model(|this| this.model.maker.run_now());
         let mut state = self.state.clone();
         self.with_model(|this| this.model.maker.one_check(&mut state))?;
+        self.next = Some(state.clone());
+        let too_many = self.with_model(|this| this.beyond_known_depth(&before));
+        self.assumed.push(!too_many);
         let wanted = self.model.maker.calls.clone();
         checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.within(Place::Check, &state, &after)?);
@@ -252,6 +265,19 @@ impl<'a> Attempt<'a> {
         checks.push(Check { question: Question::Progress, broken: !progress });
         checks.extend(self.obligations());
         Ok(checks)
+    }
+
+    /// The condition that more micro-steps follow than any reachable reaction makes. The graph must be in the model.
+    fn beyond_known_depth(&mut self, before: &Run) -> Lit {
+        let is_statechart = self.of.net.settings.policy.is_statechart();
+        let Some(depth) = known_depth(self.of.facts).filter(|_| !is_statechart) else {
+            return Lit::FALSE;
+        };
+        let depth = Number::constant(i64::from(depth));
+        let maker = &mut self.model.maker;
+        let made = Number::compare(&mut maker.aig, CompareOp::Ge, &before.count, &depth);
+        let goes_on = maker.goes_on();
+        maker.aig.and(made, goes_on)
     }
 
     /// The checks of the part after the loop.
@@ -271,6 +297,7 @@ impl<'a> Attempt<'a> {
         let state = self.state.clone();
         let Reaction { state, outputs, fault } =
             self.with_model(|this| this.model.maker.rest_of_reaction(state))?;
+        self.next = Some(state.clone());
         let wanted = self.model.maker.called.clone();
         checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.related(&state, fault, &memory)?);
@@ -323,6 +350,9 @@ impl<'a> Attempt<'a> {
         let first = self.enter(cut, &mut memory)?;
         // The first part has proved them.
         self.program.obligations.clear();
+        // What is assumed about the state is assumed between reactions only.
+        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().gather();
+        self.model.forbidden.retain(|(support, _)| support.iter().all(|lit| inputs.contains(lit)));
         self.link();
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
         self.with_model(|this| this.model.maker.any_run(&state, &inputs, goes_on));
@@ -503,6 +533,10 @@ impl<'a> Attempt<'a> {
             let (lit, used) = self.with_model(|this| this.model.maker.compared(state, edge))?;
             return Some((Int::Bit(lit), used));
         }
+        if matches!(origin, Origin::Pending(_)) && !self.of.net.settings.policy.is_statechart() {
+            // The events that were raised are those of the next check.
+            return Some((Int::Bit(Lit::FALSE), Lit::TRUE));
+        }
         if let Some(which) = length_of(origin) {
             let held = self.with_model(|this| this.model.maker.queue_length(which))?;
             return Some((self.int_of(held), Lit::TRUE));
@@ -645,7 +679,10 @@ impl<'a> Attempt<'a> {
     }
 
     /// What is assumed before a part: the invariants of the state, of the environment and, within an evolution, of the run.
-    fn assumptions(&mut self, is_within: bool) -> Vec<Vec<Lit>> {
+    fn assumptions(&mut self, checks: &[Check], is_within: bool) -> Vec<Vec<Lit>> {
+        if !self.of.net.settings.policy.is_statechart() {
+            return self.assumptions_of_grafcet(checks, is_within);
+        }
         let state = self.state.clone();
         let mut all = self.with_model(|this| this.model.maker.structure(&state));
         if !is_within {
@@ -654,15 +691,24 @@ impl<'a> Attempt<'a> {
         all.extend(self.model.valid.iter().map(|(_, holds)| *holds));
         all.extend(self.valid.iter().map(|(_, holds)| *holds));
         all.extend(&self.assumed);
-        let inputs: BTreeSet<Lit> = self.model.input_bits.values().copied().gather();
-        for (support, forbidden) in &self.model.forbidden {
-            // What is assumed about the state is assumed between reactions only.
-            if !is_within || support.iter().all(|lit| inputs.contains(lit)) {
-                all.push(!*forbidden);
-            }
-        }
+        all.extend(self.model.forbidden.iter().map(|(_, forbidden)| !*forbidden));
         let mut clauses: Vec<Vec<Lit>> = all.into_iter().map(|lit| vec![lit]).collect();
         crate::symbolic::at_most_one(&self.model.events, &mut clauses);
+        clauses
+    }
+
+    fn assumptions_of_grafcet(&mut self, checks: &[Check], is_within: bool) -> Vec<Vec<Lit>> {
+        if !is_within {
+            let state = self.state.clone();
+            let own = self.with_model(|this| this.model.maker.row_invariants(&state));
+            self.assumed.extend(own);
+        }
+        let roots = checks.iter().map(|check| check.broken).chain(self.assumed.iter().copied());
+        let roots: Vec<Lit> = roots.collect();
+        let support = self.program.aig.support(&roots, usize::MAX).unwrap_or_default();
+        let (holds, mut clauses) = self.with_model(|this| this.assumptions_about(&support));
+        self.with_model(|this| this.model.complete_order_of_ages(&support, &mut clauses));
+        clauses.extend(holds.iter().chain(&self.assumed).map(|lit| vec![*lit]));
         clauses
     }
 
@@ -673,13 +719,39 @@ impl<'a> Attempt<'a> {
         is_within: bool,
         total: &mut Induction,
     ) -> Result<(), String> {
-        let clauses = self.assumptions(is_within);
+        let clauses = self.assumptions(checks, is_within);
         let mut query = Query::new();
-        for clause in clauses {
-            query.assert(&self.program.aig, &clause);
+        for clause in &clauses {
+            query.assert(&self.program.aig, clause);
         }
+        let hard = self.unsettled(checks.to_vec(), &mut query, QUICK, total)?;
+        if hard.is_empty() {
+            return Ok(());
+        }
+        let hard = self.unproved_if(hard, (Vec::new(), clauses), total);
         let conflicts = self.of.limits.conflicts;
+        match self.unsettled(hard, &mut query, conflicts, total)?.first() {
+            Some(check) => {
+                let what = self.describe(&check.question);
+                Err(format!("{what}, or the solver reached its limit"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The checks that are not answered with this many conflicts for each.
+    ///
+    /// # Errors
+    /// A check is broken in a state that nothing excludes.
+    fn unsettled(
+        &mut self,
+        checks: Vec<Check>,
+        query: &mut Query,
+        conflicts: u64,
+        total: &mut Induction,
+    ) -> Result<Vec<Check>, String> {
         let mut left = conflicts.saturating_mul(EFFORT);
+        let mut hard = Vec::new();
         for check in checks {
             let is_obligation = matches!(check.question, Question::Obligation(..));
             if check.broken == Lit::FALSE {
@@ -691,18 +763,17 @@ impl<'a> Attempt<'a> {
             if answer == lbool::FALSE {
                 total.solved += usize::from(!is_obligation);
                 total.obligations += usize::from(is_obligation);
-                continue;
-            }
-            let what = self.describe(&check.question);
-            if answer == lbool::TRUE {
+            } else if answer == lbool::TRUE {
+                let what = self.describe(&check.question);
                 let bits: Vec<Lit> =
                     self.model.name_of.keys().copied().filter(|lit| query.is_true(*lit)).collect();
                 let place = self.model.describe(&bits);
                 return Err(format!("{what} in a state that no invariant excludes: {place}"));
+            } else {
+                hard.push(check);
             }
-            return Err(format!("{what}, or the solver reached its limit"));
         }
-        Ok(())
+        Ok(hard)
     }
 }
 

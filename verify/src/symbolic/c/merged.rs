@@ -41,8 +41,30 @@ impl Attempt<'_> {
         }
         let roots: Vec<Lit> = checks.iter().map(|check| check.broken).collect();
         let Some(support) = self.program.aig.support(&roots, usize::MAX) else { return checks };
-        let assumed = self.with_model(|this| this.assumed_about(&support));
-        let (Some(assumed), Some(registers)) = (assumed, self.registers()) else { return checks };
+        let (holds, clauses) = self.with_model(|this| this.assumptions_about(&support));
+        self.unproved_if(checks, (holds, clauses), total)
+    }
+
+    /// Like [`Attempt::unproved`], where these literals and clauses are true.
+    pub(super) fn unproved_if(
+        &mut self,
+        checks: Vec<Check>,
+        (holds, clauses): (Vec<Lit>, Vec<Vec<Lit>>),
+        total: &mut Induction,
+    ) -> Vec<Check> {
+        if clauses.len() > MAX_ASSUMED {
+            return checks;
+        }
+        let mut assumed = holds;
+        for clause in clauses {
+            assumed.push(self.aig().or_all(clause));
+        }
+        let mut seen = BTreeSet::new();
+        assumed.retain(|lit| *lit != Lit::TRUE && seen.insert(*lit));
+        let roots: Vec<Lit> =
+            checks.iter().map(|check| check.broken).chain(assumed.iter().copied()).collect();
+        let Some(support) = self.program.aig.support(&roots, usize::MAX) else { return checks };
+        let Some(registers) = self.registers() else { return checks };
         let patterns = self.patterns(&support, &assumed, &registers);
         let limits = Limits { conflicts: CONFLICTS, ..self.of.limits.clone() };
         let aig = &self.program.aig;
@@ -70,20 +92,6 @@ impl Attempt<'_> {
             return None;
         }
         maker.more.get(maker.depth as usize).copied()
-    }
-
-    /// What is assumed about some variables, as literals. The graph must be in the model.
-    fn assumed_about(&mut self, support: &[Lit]) -> Option<Vec<Lit>> {
-        let (mut all, clauses) = self.assumptions_about(support);
-        if clauses.len() > MAX_ASSUMED {
-            return None;
-        }
-        for clause in clauses {
-            all.push(self.model.maker.aig.or_all(clause));
-        }
-        let mut seen = BTreeSet::new();
-        all.retain(|lit| *lit != Lit::TRUE && seen.insert(*lit));
-        Some(all)
     }
 
     /// The variables of the state. They only guide the search, so one that is missing does no harm.

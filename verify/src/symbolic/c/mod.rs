@@ -86,5 +86,7 @@ pub fn prove(
 ) -> Result<Induction, String> {
     let functions = &question::functions_of(unit);
     let further = &cover(net).further;
-    Subject { net, facts, further, unit, functions, hint, unset: &[], limits }.prove()
+    let subject =
+        Subject { net, facts, further, unit, functions, hint, unset: &[], is_cut: false, limits };
+    subject.prove()
 }

@@ -77,6 +77,7 @@ impl Place {
     }
 }
 
+#[derive(Clone)]
 pub(super) struct Check {
     pub(super) question: Question,
     /// The condition that must never be true.
@@ -126,5 +127,7 @@ pub(super) struct Subject<'a> {
     pub(super) hint: &'a Representation,
     /// The members, by their number in the hint, that are no part of the relation and that `NAME_init` may leave without a value.
     pub(super) unset: &'a [usize],
+    /// True if the evolution is cut into its checks, so that it is not unrolled.
+    pub(super) is_cut: bool,
     pub(super) limits: &'a Limits,
 }

@@ -82,6 +82,7 @@ impl<'a> Interpreter<'a> {
             functions,
             hint: interface,
             unset: &[],
+            is_cut: false,
             limits,
         };
         let mut attempt = Attempt::new(subject, None)?;

@@ -150,7 +150,7 @@ impl Model<'_> {
         let mut latched = state.clone();
         self.maker.latch(&mut latched);
         self.maker.begin_evolution(&mut latched, false);
-        let begun = self.maker.chart().run.clone();
+        let begun = self.maker.run.clone();
         let begun_bits = self.maker.written(&begun);
 
         let mut helpers = Vec::new();
@@ -165,10 +165,10 @@ impl Model<'_> {
         let run = self.maker.read_run(&begun, &merged);
         let mut now = self.choose_state(running, &state, &latched);
         self.maker.inputs = inputs.clone();
-        self.maker.chart().run = run;
+        self.maker.run = run;
         self.maker.fired.clear();
         self.maker.round(&mut now)?;
-        let after = self.maker.chart().run.clone();
+        let after = self.maker.run.clone();
         let goes_on = after.running;
         let after_bits = self.maker.written(&after);
         let ended = self.maker.end_of_statechart(now.clone())?.state;

@@ -12,7 +12,7 @@
 
 use grafsynth_ir::expr::{ArithOp, CompareOp};
 use grafsynth_ir::instance::Carried;
-use grafsynth_ir::net::{EdgeId, Evolution, InputId, InputKind, PartId, StepKind};
+use grafsynth_ir::net::{EdgeId, InputId, InputKind, PartId, StepKind};
 
 use super::super::aig::Lit;
 use super::super::number::Number;
@@ -53,14 +53,20 @@ impl Maker<'_> {
         self.calls.clear();
         self.fired.clear();
         self.latch(&mut state);
-        self.begin_evolution(&mut state, false);
+        match self.statechart {
+            Some(_) => self.begin_evolution(&mut state, false),
+            None => self.begin_micro_steps(&mut state),
+        }
         state
     }
 
     /// Replaces the run by free variables, for a state in the middle of an evolution that goes on or, with `goes_on` false, has just ended.
     pub(in crate::symbolic) fn any_run(&mut self, state: &State, inputs: &Inputs, goes_on: bool) {
         self.start_of_evolution(state, inputs);
-        let like = self.chart().run.clone();
+        if self.statechart.is_none() {
+            return self.any_micro_steps(goes_on);
+        }
+        let like = self.run.clone();
         let bits: Vec<Lit> = self.written(&like).iter().map(|_| self.aig.variable()).collect();
         let mut run = self.read_run(&like, &bits);
         run.running = Lit::constant(goes_on);
@@ -68,48 +74,63 @@ impl Maker<'_> {
         if let (External::Row(waits), External::Row(known)) = (&mut run.external, &like.external) {
             waits.retain(|event, _| known.contains_key(event));
         }
-        self.chart().run = run;
+        self.run = run;
     }
 
     /// One check. An evolution in which all charts have ended ends at once, as its next check would find.
     pub(in crate::symbolic) fn one_check(&mut self, state: &mut State) -> Result<(), Unsupported> {
+        if self.statechart.is_none() {
+            return self.one_micro_step(state);
+        }
         self.round(state)?;
-        let running = self.chart().run.running;
+        let running = self.run.running;
         let is_over = self.everything_has_ended(state);
         let stops = self.aig.and(running, is_over);
         self.drop_queues(stops);
-        self.chart().run.running = self.aig.and(running, !is_over);
+        self.run.running = self.aig.and(running, !is_over);
         Ok(())
     }
 
     /// The rest of a reaction after its evolution.
     pub(in crate::symbolic) fn rest_of_reaction(
         &mut self,
-        state: State,
+        mut state: State,
     ) -> Result<Reaction, Unsupported> {
-        self.end_of_statechart(state)
+        state.raised.fill(Lit::FALSE);
+        match self.statechart {
+            Some(_) => self.end_of_statechart(state),
+            None => self.end_of_reaction(state, self.run.fault),
+        }
     }
 
     /// True if the reaction has a fault so far.
     pub(in crate::symbolic) fn has_fault(&mut self) -> Lit {
-        self.chart().run.fault
+        self.run.fault
     }
 
     /// True if there is another check.
     pub(in crate::symbolic) fn goes_on(&mut self) -> Lit {
-        self.chart().run.running
+        self.run.running
     }
 
     pub(in crate::symbolic) fn run_now(&mut self) -> Run {
-        self.chart().run.clone()
+        self.run.clone()
     }
 
     /// The invariants of the run, each a condition.
     pub(in crate::symbolic) fn run_invariants(&mut self, state: &State) -> Vec<Lit> {
+        let limit = Number::constant(i64::from(self.limit()));
+        let is_within = Number::compare(&mut self.aig, CompareOp::Le, &self.run.count, &limit);
+        if self.statechart.is_none() {
+            let mut all = self.invariants_of_micro_steps(state);
+            all.push(is_within);
+            return all;
+        }
         let has_sends = self.has_sends();
-        let run = self.chart().run.clone();
+        let run = self.run.clone();
         let n_events = Number::constant(self.n_events());
         let mut all = self.kept_invariants(state);
+        all.push(is_within);
         let never = self.never();
         all.extend(run.event.iter().filter(|(event, _)| never.contains(event)).map(|it| !*it.1));
         let mut queues = vec![&run.internal];
@@ -154,8 +175,6 @@ impl Maker<'_> {
             one = self.aig.or(one, event);
         }
         all.push(!two);
-        let limit = Number::constant(i64::from(self.limit()));
-        all.push(Number::compare(&mut self.aig, CompareOp::Le, &run.count, &limit));
         for (part, had) in &run.had_ended {
             let ended = state.ended.get(part).copied().unwrap_or(Lit::FALSE);
             all.push(self.aig.or(!*had, ended));
@@ -171,13 +190,6 @@ impl Maker<'_> {
         self.chart().listened.len() as i64
     }
 
-    fn limit(&self) -> u32 {
-        match self.net.settings.evolution {
-            Evolution::Single => 1,
-            Evolution::Stable { limit } => limit,
-        }
-    }
-
     /// True if a list sends an event that some transition is `on`.
     fn has_sends(&mut self) -> bool {
         let net = self.net;
@@ -188,14 +200,17 @@ impl Maker<'_> {
     /// A bound on the checks of a reaction.
     pub(in crate::symbolic) fn most_rounds(&mut self) -> u64 {
         let limit = u64::from(self.limit());
+        if self.statechart.is_none() {
+            return limit.saturating_add(1);
+        }
         let net = self.net;
         let has_sends = self.has_sends();
+        let inside = self.run.internal.items.len() as u64;
+        let is_queue = matches!(self.run.external, External::Queue(_));
         let chart = self.chart();
         let bound = u64::from(chart.bound);
-        let inside = chart.run.internal.items.len() as u64;
         let is_of_row = |event: &&InputId| net.inputs[**event].kind == InputKind::Event;
         let of_row = chart.listened.iter().filter(is_of_row).count() as u64;
-        let is_queue = matches!(chart.run.external, External::Queue(_));
         // Without sends, the external queue contains only events of the row.
         let (waiting, sent) = match (is_queue, has_sends) {
             (true, true) => (bound, bound),
@@ -233,7 +248,7 @@ impl Maker<'_> {
 
     /// True if the evolution has ended with the last check, or the check made progress in the sense of the module.
     pub(in crate::symbolic) fn progress(&mut self, before: &Run) -> Lit {
-        let after = self.chart().run.clone();
+        let after = self.run.clone();
         let ((waited, others), (waits, rest)) = (self.waiting(before), self.waiting(&after));
         let [waited, others, waits, rest] =
             [waited, others, waits, rest].map(|all| self.number_of(&all));
@@ -263,7 +278,7 @@ impl Maker<'_> {
 
     /// True if every external event restarts the count and the number of micro-steps is 0, as at the start of a reaction.
     pub(in crate::symbolic) fn is_start(&mut self) -> Lit {
-        let run = self.chart().run.clone();
+        let run = self.run.clone();
         let mut all = vec![self.equals(&run.count, 0)];
         if let External::Queue(queue) = &run.external {
             for (used, waited) in queue.used.iter().zip(&queue.waited) {
@@ -276,6 +291,9 @@ impl Maker<'_> {
     /// The invariants between reactions: an event that waits in a queue has a number from 1 on, none waits after the end of all charts, and only charts that have
     /// ended keep outputs.
     pub(in crate::symbolic) fn row_invariants(&mut self, state: &State) -> Vec<Lit> {
+        if self.statechart.is_none() {
+            return self.invariants_of_rows(state);
+        }
         let mut all = self.kept_invariants(state);
         let never = self.never();
         let is_over = self.everything_has_ended(state);
@@ -341,7 +359,7 @@ impl Maker<'_> {
 
     /// A value that the evolution carries; `None` if this evolution has none.
     pub(in crate::symbolic) fn carried(&mut self, what: &Carried) -> Option<Held> {
-        let run = self.chart().run.clone();
+        let run = self.run.clone();
         Some(match what {
             Carried::Fault => Held::Flag(run.fault),
             Carried::Again => Held::Flag(run.running),
@@ -362,6 +380,7 @@ impl Maker<'_> {
                 let (restarting, _) = self.waiting(&run);
                 Held::Cases(self.length(&restarting))
             }
+            Carried::Present(event) => Held::Flag(run.event.get(event).copied()?),
             Carried::Waits(event) => match &run.external {
                 External::Row(waits) => Held::Flag(waits.get(event).copied()?),
                 External::Queue(_) => return None,
@@ -373,7 +392,7 @@ impl Maker<'_> {
     }
 
     fn queue(&mut self, which: Which) -> Option<RunQueue> {
-        let run = &self.chart().run;
+        let run = &self.run;
         match (which, &run.external) {
             (Which::Internal, _) => Some(run.internal.clone()),
             (Which::External, External::Queue(queue)) => Some(queue.clone()),
@@ -422,7 +441,7 @@ impl Maker<'_> {
         }
         let net = self.net;
         let now = self.flag(state, &net.edges[edge].expr);
-        let run = self.chart().run.clone();
+        let run = self.run.clone();
         let keeps = self.aig.and(run.fresh, run.running);
         let is_over = self.everything_has_ended(state);
         Some((self.aig.ite(keeps, old, now), !is_over))

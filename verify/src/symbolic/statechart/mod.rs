@@ -54,7 +54,7 @@ impl Maker<'_> {
     pub(super) fn part_had_ended(&self, part: PartId) -> Lit {
         let Some(chart) = &self.statechart else { return Lit::FALSE };
         let own = chart.tree.chart_of[part.index()];
-        chart.run.had_ended.get(&own).copied().unwrap_or(Lit::FALSE)
+        self.run.had_ended.get(&own).copied().unwrap_or(Lit::FALSE)
     }
 
     /// True if all charts have ended in this state.
@@ -91,7 +91,7 @@ impl Maker<'_> {
         self.events.fill(Lit::FALSE);
         let had_ended = if is_reset { BTreeMap::new() } else { state.ended.clone() };
         let running = !self.everything_has_ended(state);
-        let run = &mut self.chart().run;
+        let run = &mut self.run;
         run.fault = Lit::FALSE;
         run.running = running;
         run.fresh = Lit::TRUE;
@@ -108,12 +108,12 @@ impl Maker<'_> {
     /// EVOLVE; returns whether the reaction has a fault. The evolution may need more rounds than are unrolled: see [`Run::running`].
     pub(super) fn evolve_statechart(&mut self, state: &mut State) -> Result<Lit, Unsupported> {
         for _ in 0..self.depth {
-            if self.chart().run.running == Lit::FALSE {
+            if self.run.running == Lit::FALSE {
                 break;
             }
             self.round(state)?;
         }
-        Ok(self.chart().run.fault)
+        Ok(self.run.fault)
     }
 
     /// RESET of a statechart: R3 to R5.
@@ -131,8 +131,8 @@ impl Maker<'_> {
             return Err("the initial states are not a configuration".to_owned());
         }
         for _ in 0..RESET_ROUNDS {
-            if self.chart().run.running == Lit::FALSE {
-                return Ok(self.chart().run.fault);
+            if self.run.running == Lit::FALSE {
+                return Ok(self.run.fault);
             }
             self.round(state)?;
         }
@@ -149,16 +149,16 @@ impl Maker<'_> {
     pub(super) fn round(&mut self, state: &mut State) -> Result<(), Unsupported> {
         let net = self.net;
         let is_over = self.everything_has_ended(state);
-        let running = self.chart().run.running;
+        let running = self.run.running;
         let stops = self.aig.and(running, is_over);
         self.drop_queues(stops);
         let active = self.aig.and(running, !is_over);
 
         let now: Vec<Lit> =
             net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
-        let fresh = self.chart().run.fresh;
+        let fresh = self.run.fresh;
         self.edges(state, &now, fresh);
-        let event = self.chart().run.event.clone();
+        let event = self.run.event.clone();
         let fireable = self.fireable_in_statechart(state, &event);
         self.check_size()?;
         let selected = self.select_in_statechart(state, &fireable);
@@ -174,13 +174,13 @@ impl Maker<'_> {
         let over = self.aig.and(active, !goes_on);
         let renews = self.aig.or(fires, over);
         {
-            let run = &mut self.chart().run;
+            let run = &mut self.run;
             run.running = goes_on;
             run.event = taken.events;
             run.n_rounds += 1;
         }
-        let fault = self.chart().run.fault;
-        self.chart().run.fault = self.aig.or(fault, too_long);
+        let fault = self.run.fault;
+        self.run.fault = self.aig.or(fault, too_long);
         let fired = self.fire_in_statechart(state, &selected, fires)?;
         self.fired.push(fired);
         for (edge, now) in now.iter().enumerate() {
@@ -188,7 +188,7 @@ impl Maker<'_> {
                 state.old[edge] = self.aig.ite(renews, *now, state.old[edge]);
             }
         }
-        self.chart().run.fresh = self.aig.and(fresh, !fires);
+        self.run.fresh = self.aig.and(fresh, !fires);
         self.check_size()
     }
 
@@ -198,8 +198,8 @@ impl Maker<'_> {
             Evolution::Single => 1,
             Evolution::Stable { limit } => limit,
         };
-        let count = self.chart().run.count.clone();
-        let is_full = if self.chart().run.n_rounds < limit {
+        let count = self.run.count.clone();
+        let is_full = if self.run.n_rounds < limit {
             Lit::FALSE
         } else {
             self.equals(&count, limit as usize)
@@ -210,7 +210,7 @@ impl Maker<'_> {
         let more = Number::from_code(&mut self.aig, &code, 0);
         let count = Number::select(&mut self.aig, counts, &more, &count);
         let count = Number::select(&mut self.aig, restarts, &Number::constant(0), &count);
-        self.chart().run.count = count;
+        self.run.count = count;
         self.aig.and(any, is_full)
     }
 
@@ -347,7 +347,7 @@ impl Maker<'_> {
 impl Maker<'_> {
     /// True if the last reaction needs more rounds than were unrolled.
     pub(crate) fn overruns(&self) -> Lit {
-        self.statechart.as_ref().map_or(Lit::FALSE, |chart| chart.run.running)
+        self.statechart.as_ref().map_or(Lit::FALSE, |_| self.run.running)
     }
 
     /// The reaction of a statechart whose evolution has been made.
@@ -364,7 +364,7 @@ impl Maker<'_> {
             }
         }
         let outputs = self.outputs(&state);
-        let fault = self.chart().run.fault;
+        let fault = self.run.fault;
         Ok(Reaction { state, outputs, fault })
     }
 }

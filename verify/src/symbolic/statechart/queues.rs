@@ -29,9 +29,9 @@ impl Maker<'_> {
 
     /// The queues as they are between reactions.
     pub(super) fn load_queues(&mut self, state: &State) {
+        let n_internal = self.run.internal.items.len() as u32;
         let chart = self.chart();
         let bound = chart.bound;
-        let n_internal = chart.run.internal.items.len() as u32;
         let sends = chart.sends;
         let internal = match &state.internal {
             Some(queue) => self.loaded(queue),
@@ -42,7 +42,7 @@ impl Maker<'_> {
             (None, true) => External::Queue(RunQueue::empty(bound)),
             (None, false) => External::Row(BTreeMap::new()),
         };
-        let run = &mut self.chart().run;
+        let run = &mut self.run;
         run.internal = internal;
         run.external = external;
     }
@@ -60,11 +60,11 @@ impl Maker<'_> {
     /// Writes the queues back at the end of a reaction.
     pub(super) fn store_queues(&mut self, state: &mut State) {
         if state.internal.is_some() {
-            let queue = self.chart().run.internal.clone();
+            let queue = self.run.internal.clone();
             state.internal = Some(self.stored(&queue));
         }
         if state.external.is_some()
-            && let External::Queue(queue) = self.chart().run.external.clone()
+            && let External::Queue(queue) = self.run.external.clone()
         {
             state.external = Some(self.stored(&queue));
         }
@@ -90,8 +90,8 @@ impl Maker<'_> {
         }
         // A full queue drops the newest event. `before` is the last place as it was.
         let lost = self.aig.and(condition, before);
-        let fault = self.chart().run.fault;
-        self.chart().run.fault = self.aig.or(fault, lost);
+        let fault = self.run.fault;
+        self.run.fault = self.aig.or(fault, lost);
     }
 
     pub(in crate::symbolic) fn raise_internal(&mut self, event: InputId, condition: Lit) {
@@ -99,18 +99,18 @@ impl Maker<'_> {
         if condition == Lit::FALSE {
             return;
         }
-        let mut queue = std::mem::replace(&mut self.chart().run.internal, RunQueue::empty(0));
+        let mut queue = std::mem::replace(&mut self.run.internal, RunQueue::empty(0));
         self.join(&mut queue, &Number::constant(number), condition, Lit::FALSE);
-        self.chart().run.internal = queue;
+        self.run.internal = queue;
     }
 
     fn join_external(&mut self, number: &Number, condition: Lit, waits: Lit) {
         let empty = External::Row(BTreeMap::new());
-        let mut external = std::mem::replace(&mut self.chart().run.external, empty);
+        let mut external = std::mem::replace(&mut self.run.external, empty);
         if let External::Queue(queue) = &mut external {
             self.join(queue, number, condition, waits);
         }
-        self.chart().run.external = external;
+        self.run.external = external;
     }
 
     /// `send`: a delayed send starts its slot; any other joins the external queue.
@@ -158,13 +158,13 @@ impl Maker<'_> {
                 if earlier.len() < bound { Lit::FALSE } else { self.at_least(&earlier, bound) };
             let kept = self.aig.and(occurs, !full);
             let lost = self.aig.and(occurs, full);
-            let fault = self.chart().run.fault;
-            self.chart().run.fault = self.aig.or(fault, lost);
+            let fault = self.run.fault;
+            self.run.fault = self.aig.or(fault, lost);
             waits.insert(event, kept);
             earlier.push(occurs);
         }
         if !sends {
-            self.chart().run.external = External::Row(waits);
+            self.run.external = External::Row(waits);
         }
     }
 
@@ -242,12 +242,12 @@ impl Maker<'_> {
     /// Takes the next event if `condition` is true: from the internal queue, or from the external queue if the internal one is empty.
     pub(super) fn take_event(&mut self, condition: Lit) -> Taken {
         let mut events: BTreeMap<InputId, Vec<Lit>> = BTreeMap::new();
-        let mut internal = std::mem::replace(&mut self.chart().run.internal, RunQueue::empty(0));
+        let mut internal = std::mem::replace(&mut self.run.internal, RunQueue::empty(0));
         let (from_inside, _) = self.take_first(&mut internal, condition, &mut events);
-        self.chart().run.internal = internal;
+        self.run.internal = internal;
         let outside = self.aig.and(condition, !from_inside);
         let empty = External::Row(BTreeMap::new());
-        let mut external = std::mem::replace(&mut self.chart().run.external, empty);
+        let mut external = std::mem::replace(&mut self.run.external, empty);
         let (from_outside, restarts) = match &mut external {
             External::Queue(queue) => self.take_first(queue, outside, &mut events),
             External::Row(waits) => {
@@ -262,7 +262,7 @@ impl Maker<'_> {
                 (any, any)
             }
         };
-        self.chart().run.external = external;
+        self.run.external = external;
         let any = self.aig.or(from_inside, from_outside);
         let events =
             events.into_iter().map(|(event, ways)| (event, self.aig.or_all(ways))).gather();
@@ -304,13 +304,13 @@ impl Maker<'_> {
         if condition == Lit::FALSE {
             return;
         }
-        let mut run = self.chart().run.clone();
+        let mut run = self.run.clone();
         let mut clear = |used: &mut Lit| *used = self.aig.and(*used, !condition);
         run.internal.used.iter_mut().for_each(&mut clear);
         match &mut run.external {
             External::Queue(queue) => queue.used.iter_mut().for_each(&mut clear),
             External::Row(waits) => waits.values_mut().for_each(&mut clear),
         }
-        self.chart().run = run;
+        self.run = run;
     }
 }

@@ -24,32 +24,31 @@ pub(crate) struct Statechart {
     pub(super) sends: bool,
     /// The events and sends that can occur.
     pub(super) possible: Possible,
-    pub(in crate::symbolic) run: Run,
 }
 
-/// The data of one evolution.
+/// The data of one evolution. Outside statecharts, there are no queues, and no chart ends.
 #[derive(Debug, Clone)]
 pub(in crate::symbolic) struct Run {
-    pub(super) internal: RunQueue,
-    pub(super) external: External,
+    pub(in crate::symbolic) internal: RunQueue,
+    pub(in crate::symbolic) external: External,
     /// The reaction has a fault so far.
-    pub(super) fault: Lit,
+    pub(in crate::symbolic) fault: Lit,
     /// The evolution is not over.
     pub(in crate::symbolic) running: Lit,
     /// No micro-step has been made yet, so edges of inputs are visible.
-    pub(super) fresh: Lit,
-    /// The event that this check is for; none if it is a check without an event.
-    pub(super) event: BTreeMap<InputId, Lit>,
-    /// Micro-steps since the last external event that waited at Latch.
-    pub(super) count: Number,
-    pub(super) n_rounds: u32,
+    pub(in crate::symbolic) fresh: Lit,
+    /// The events that are present in this check; in a statechart, there is at most one.
+    pub(in crate::symbolic) event: BTreeMap<InputId, Lit>,
+    /// Micro-steps since the last external event that waited at Latch; outside statecharts, since the start of the reaction.
+    pub(in crate::symbolic) count: Number,
+    pub(in crate::symbolic) n_rounds: u32,
     /// The charts that had ended before this reaction.
-    pub(super) had_ended: BTreeMap<PartId, Lit>,
+    pub(in crate::symbolic) had_ended: BTreeMap<PartId, Lit>,
 }
 
 /// A queue during a reaction.
 #[derive(Debug, Clone)]
-pub(super) struct RunQueue {
+pub(in crate::symbolic) struct RunQueue {
     /// The number of the event at each place.
     pub(super) items: Vec<Number>,
     /// For each place, whether it is used: the first ones are.
@@ -60,15 +59,15 @@ pub(super) struct RunQueue {
 
 /// The external events during a reaction.
 #[derive(Debug, Clone)]
-pub(super) enum External {
+pub(in crate::symbolic) enum External {
     /// The events of the row only: for each, whether it still waits. They are taken in declaration order.
     Row(BTreeMap<InputId, Lit>),
     Queue(RunQueue),
 }
 
 impl Statechart {
-    /// The data of a net; `None` if it is not a statechart.
-    pub(in crate::symbolic) fn of(net: &Net) -> Result<Option<Self>, String> {
+    /// The data of a net, and its evolution with empty queues; `None` if it is not a statechart.
+    pub(in crate::symbolic) fn of(net: &Net) -> Result<Option<(Self, Run)>, String> {
         if !net.settings.policy.is_statechart() {
             return Ok(None);
         }
@@ -97,24 +96,9 @@ impl Statechart {
         } else {
             External::Row(BTreeMap::new())
         };
-        Ok(Some(Statechart {
-            tree: Rc::new(Tree::of(net)),
-            listened,
-            bound,
-            sends,
-            possible: Possible::of(net),
-            run: Run {
-                internal,
-                external,
-                fault: Lit::FALSE,
-                running: Lit::FALSE,
-                fresh: Lit::FALSE,
-                event: BTreeMap::new(),
-                count: Number::constant(0),
-                n_rounds: 0,
-                had_ended: BTreeMap::new(),
-            },
-        }))
+        let tree = Rc::new(Tree::of(net));
+        let chart = Statechart { tree, listened, bound, sends, possible: Possible::of(net) };
+        Ok(Some((chart, Run { internal, external, ..Run::default() })))
     }
 
     /// The pieces of state that only statecharts have.
@@ -163,6 +147,22 @@ impl Statechart {
             }
         }
         shape
+    }
+}
+
+impl Default for Run {
+    fn default() -> Self {
+        Run {
+            internal: RunQueue::empty(0),
+            external: External::Row(BTreeMap::new()),
+            fault: Lit::FALSE,
+            running: Lit::FALSE,
+            fresh: Lit::FALSE,
+            event: BTreeMap::new(),
+            count: Number::constant(0),
+            n_rounds: 0,
+            had_ended: BTreeMap::new(),
+        }
     }
 }
 
