@@ -365,13 +365,28 @@ fn place_of<'r>(groups: &Groups, request: &Request<'r>, group: usize) -> Option<
     request.places.iter().find(|place| groups.of.get(&place.item) == Some(&group))
 }
 
+/// What the device of a part has of a resource.
+fn room(request: &Request<'_>, part: usize, constraint: Constraint) -> Option<u64> {
+    let spec = request.parts.get(part).map(spec)?;
+    match constraint {
+        Constraint::Capacity { resource: 0, .. } => spec.cells,
+        Constraint::Pins { .. } => spec.pins,
+        _ => None,
+    }
+}
+
 /// The constraints that contradict each other, with the required and the available amounts.
 fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict) -> Vec<String> {
     let part = |at: usize| request.parts.get(at).map_or("", |part| part.name.as_str());
     let amount = |at: usize, what: &str, fight: &Fight| match fight.amount {
-        Some(Amount { need: Some(need), have }) => {
-            format!("`{}` needs at least {need} {what}, but has {have}", part(at))
-        }
+        Some(Amount { need: Some(need), have }) => match room(request, at, fight.constraint) {
+            // After a build that did not fit, the search offers less than the chip has.
+            Some(room) if have < room => format!(
+                "`{}` needs at least {need} {what} by estimate, but no build that used more than {have} of its {room} fitted",
+                part(at)
+            ),
+            _ => format!("`{}` needs at least {need} {what}, but has {have}", part(at)),
+        },
         Some(Amount { need: None, have }) => format!("`{}` has only {have} {what}", part(at)),
         None => format!("the {what} of `{}`", part(at)),
     };

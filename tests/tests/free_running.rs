@@ -445,6 +445,66 @@ fn what_is_proved_holds_at_all_speeds() {
     println!("{seed} charts: {proved} proved ({timed} with time), {refuted} refuted, {open} open");
 }
 
+/// Ways of the proof that no run of the net has are not only possible in its model: parts with circuits and clocks show them.
+#[test]
+fn what_is_refuted_can_be_seen() {
+    let (mut seed, mut shown, mut hidden) = (0, 0, Vec::new());
+    while shown + hidden.len() < rounds(30, 500) {
+        seed += 1;
+        let (text, n_parts) = random_text(&mut Random::new(seed));
+        let text = with_all_outputs(&text);
+        let net = chart("c.graf", &text);
+        let division = random_division(&net, n_parts);
+        let limits = Limits { pairs: 200_000, ..Limits::default() };
+        let Verdict::Refuted(race) = settles(&net, &division, &limits) else { continue };
+        if race.what == "the chart itself does not come to rest" {
+            continue;
+        }
+        let has_time = text.contains(".t >=");
+        let settled = Settled { longest: 12, has_time, ..Settled::default() };
+        let is_shown = (0..40)
+            .any(|run| difference(&net, &division, &settled, (seed * 64 + run, 200)).is_some());
+        match is_shown {
+            true => shown += 1,
+            false => hidden.push(format!(
+                "seed {seed}: {}\n  {}\n{text}",
+                race.what,
+                race.trace.join("\n  ")
+            )),
+        }
+    }
+    println!("{shown} of {} races were seen", shown + hidden.len());
+    for one in &hidden {
+        println!("{one}");
+    }
+    assert!(
+        hidden.len() * 10 <= shown,
+        "{} of {} races were not seen",
+        hidden.len(),
+        shown + hidden.len()
+    );
+}
+
+/// A random chart in which each step has an output, so that the outputs show all steps.
+fn with_all_outputs(text: &str) -> String {
+    let mut added = Vec::new();
+    let mut lines = Vec::new();
+    for line in text.lines() {
+        let step = line.trim().trim_start_matches("initial ").strip_prefix("step s");
+        match step.filter(|rest| !rest.contains('{')) {
+            Some(name) => {
+                added.push(format!("O{name}"));
+                lines.push(format!("{line} {{ O{name} }}"));
+            }
+            None => lines.push(line.to_owned()),
+        }
+    }
+    if !added.is_empty() {
+        lines.insert(1, format!("    output {}", added.join(", ")));
+    }
+    lines.join("\n") + "\n"
+}
+
 /// The chip of a part that runs on its own: one pin after the other.
 fn chip(division: &Division, part: usize) -> ChipPins {
     let of_part = &division.parts[part];
