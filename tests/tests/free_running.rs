@@ -383,7 +383,11 @@ fn difference(
     let mut row = InputRow { dt: 0, ..InputRow::zero(net) };
     for episode in 0..=episodes {
         bench.run(bench.now + gap, &mut random);
-        loop {
+        for reaction in 0.. {
+            // A chart that was refuted may also move without an end.
+            if reaction > 1000 {
+                return None;
+            }
             let before = whole.state().clone();
             let mut is_same = true;
             for (all, value) in sequences.iter_mut().zip(&whole.step(&row).outputs) {
@@ -448,8 +452,8 @@ fn what_is_proved_holds_at_all_speeds() {
 /// Ways of the proof that no run of the net has are not only possible in its model: parts with circuits and clocks show them.
 #[test]
 fn what_is_refuted_can_be_seen() {
-    let (mut seed, mut shown, mut hidden) = (0, 0, Vec::new());
-    while shown + hidden.len() < rounds(30, 500) {
+    let (mut seed, mut shown, mut others, mut hidden) = (0, 0_usize, 0, Vec::new());
+    while (shown + hidden.len()) < rounds(20, 500) as usize {
         seed += 1;
         let (text, n_parts) = random_text(&mut Random::new(seed));
         let text = with_all_outputs(&text);
@@ -457,13 +461,16 @@ fn what_is_refuted_can_be_seen() {
         let division = random_division(&net, n_parts);
         let limits = Limits { pairs: 200_000, ..Limits::default() };
         let Verdict::Refuted(race) = settles(&net, &division, &limits) else { continue };
-        if race.what == "the chart itself does not come to rest" {
+        // The outputs show neither faults nor asserts, and a chart that does not come to rest has no sequence of values to compare.
+        let is_output = race.what.starts_with("output") || race.what.starts_with("step");
+        if !is_output {
+            others += 1;
             continue;
         }
         let has_time = text.contains(".t >=");
-        let settled = Settled { longest: 12, has_time, ..Settled::default() };
-        let is_shown = (0..40)
-            .any(|run| difference(&net, &division, &settled, (seed * 64 + run, 200)).is_some());
+        let settled = Settled { longest: 4, has_time, ..Settled::default() };
+        let is_shown = (0..20)
+            .any(|run| difference(&net, &division, &settled, (seed * 64 + run, 60)).is_some());
         match is_shown {
             true => shown += 1,
             false => hidden.push(format!(
@@ -473,7 +480,10 @@ fn what_is_refuted_can_be_seen() {
             )),
         }
     }
-    println!("{shown} of {} races were seen", shown + hidden.len());
+    println!(
+        "{shown} of {} races were seen; {others} refusals for other reasons",
+        shown + hidden.len()
+    );
     for one in &hidden {
         println!("{one}");
     }
