@@ -8,7 +8,6 @@ use grafsynth_driver::pipeline::BuildOptions;
 use grafsynth_driver::split::{self, Objective, PartDevice, Place, Request, RequestedPart};
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::{OfCpu, SplitEngine};
-use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid};
 
@@ -39,10 +38,6 @@ pub(crate) fn engine(
 ) -> Result<SplitEngine, Stop> {
     let partition = partition_file(path)?;
     let running = partition.running.unwrap_or_default();
-    if running == Running::Free {
-        let why = "it says `link free-running`: such parts have no common rows, which an engine could compare";
-        return Err(Stop::Input(format!("{path}: {why}")));
-    }
     let parts = parts(&[], &partition)?;
     let written = Written { path: Some(path), partition: &partition };
     let places = places(session, net, &[], written, &parts)?;

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Pages whose example is not run here, each with the reason or the place of its test.
-const ELSEWHERE: [(&str, &str); 22] = [
+const ELSEWHERE: [(&str, &str); 23] = [
     ("G0003", "needs a second design: tests/cases/codes/G0003.graf"),
     ("G0015", "needs what an older build wrote: tests/cases/codes/G0015.graf"),
     ("G0019", "needs a stimulus beside a chart: tests/cases/codes/G0019.graf"),
@@ -22,6 +22,7 @@ const ELSEWHERE: [(&str, &str); 22] = [
     ("G0511", "needs a broken trace"),
     ("G0512", "needs a broken trace"),
     ("G0513", "needs a broken state and a stimulus"),
+    ("G0517", "needs a partition file: tests/cases/compare/free_together.graf"),
     ("G0604", "needs a cross compiler: tests/tests/controllers.rs"),
     ("G0640", "no verb reads such a text: c/tests/pages.rs"),
     ("G0641", "no verb reads such a text: c/tests/pages.rs"),

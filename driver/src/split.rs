@@ -33,8 +33,9 @@ use grafsynth_backend_pld::device::Device;
 use grafsynth_ir::diag::{any_error, nearest_type};
 use grafsynth_ir::division::{Division, Running, round_of, rounds_of};
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::{Leaf, Net, PlacedItem};
+use grafsynth_ir::net::{Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
+use grafsynth_sim::measures_time;
 use grafsynth_split::codes::APART;
 pub use grafsynth_split::cpu::{CPUS, Cpu};
 use grafsynth_split::link::SYNCHRONISERS;
@@ -228,7 +229,7 @@ fn whole(
     let facts = pipeline::facts(&round_of(net)?, limits);
     let ends = rounds_of(net).is_none() || pipeline::facts(net, limits).always_stable.is_some();
     let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
-        matches!(requested.device, PartDevice::Chip(_)) && has_time(&part.net)
+        matches!(requested.device, PartDevice::Chip(_)) && measures_time(&part.net)
     });
     let known = RoundFacts { facts: &facts, ends };
     Ok(Whole::Rounds(joined(net, known, division, one_tick, limits)))
@@ -237,13 +238,6 @@ fn whole(
 /// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.
 fn misfit(part: &BuiltPart) -> Option<&str> {
     part.built.chips.first()?.misfit.as_deref()
-}
-
-/// True if the net measures time.
-#[must_use]
-pub fn has_time(net: &Net) -> bool {
-    net.expressions().any(|expr| expr.leaves().any(Leaf::is_time))
-        || net.actions.values().any(|action| action.uses.iter().any(|one| one.qualifier.is_timed()))
 }
 
 fn spec(part: &RequestedPart) -> PartSpec {
@@ -371,13 +365,28 @@ fn place_of<'r>(groups: &Groups, request: &Request<'r>, group: usize) -> Option<
     request.places.iter().find(|place| groups.of.get(&place.item) == Some(&group))
 }
 
+/// What the device of a part has of a resource.
+fn room(request: &Request<'_>, part: usize, constraint: Constraint) -> Option<u64> {
+    let spec = request.parts.get(part).map(spec)?;
+    match constraint {
+        Constraint::Capacity { resource: 0, .. } => spec.cells,
+        Constraint::Pins { .. } => spec.pins,
+        _ => None,
+    }
+}
+
 /// The constraints that contradict each other, with the required and the available amounts.
 fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict) -> Vec<String> {
     let part = |at: usize| request.parts.get(at).map_or("", |part| part.name.as_str());
     let amount = |at: usize, what: &str, fight: &Fight| match fight.amount {
-        Some(Amount { need: Some(need), have }) => {
-            format!("`{}` needs at least {need} {what}, but has {have}", part(at))
-        }
+        Some(Amount { need: Some(need), have }) => match room(request, at, fight.constraint) {
+            // After a build that did not fit, the search offers less than the chip has.
+            Some(room) if have < room => format!(
+                "`{}` needs at least {need} {what} by estimate, but no build that used more than {have} of its {room} fitted",
+                part(at)
+            ),
+            _ => format!("`{}` needs at least {need} {what}, but has {have}", part(at)),
+        },
         Some(Amount { need: None, have }) => format!("`{}` has only {have} {what}", part(at)),
         None => format!("the {what} of `{}`", part(at)),
     };

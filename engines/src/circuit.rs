@@ -1,6 +1,6 @@
 //! Runs circuits in this process: as encoded, and as read back from each equation language.
 
-use crate::{Engine, EngineError, Job};
+use crate::{Engine, EngineError, Job, Pace};
 use grafsynth_backend_pld::Dialect;
 use grafsynth_driver::pipeline;
 use grafsynth_driver::run::logic_trace;
@@ -55,8 +55,8 @@ impl Engine for CircuitEngine {
         self.about
     }
 
-    fn is_chip(&self) -> bool {
-        true
+    fn pace(&self) -> Pace {
+        Pace::Clocks
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {

@@ -1,6 +1,6 @@
 //! Simulates a programmed device, fuse by fuse.
 
-use crate::{Engine, EngineError, Job};
+use crate::{Engine, EngineError, Job, Pace};
 use grafsynth_driver::run::device_trace;
 use grafsynth_driver::{jedec, pipeline};
 use grafsynth_sim::Trace;
@@ -21,8 +21,8 @@ impl Engine for DeviceEngine {
         "the fuse map of a GAL, fuse by fuse"
     }
 
-    fn is_chip(&self) -> bool {
-        true
+    fn pace(&self) -> Pace {
+        Pace::Clocks
     }
 
     fn run(&self, job: &Job<'_>) -> Result<Trace, EngineError> {

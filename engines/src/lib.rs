@@ -72,6 +72,17 @@ pub enum Availability {
     Missing(String),
 }
 
+/// How an engine takes the rows of a stimulus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Pace {
+    /// One reaction for each row.
+    Rows,
+    /// One reaction for each clock: a row with several ticks becomes that many clocks, each with its own row of the trace ([`Clocked`](grafsynth_sim::Clocked)).
+    Clocks,
+    /// One event at a time, with the reactions of the chart until it is at rest: the trace has the rows of [`Events`](grafsynth_sim::Events).
+    Events,
+}
+
 /// Why there is no trace.
 #[derive(Debug, Clone)]
 pub enum EngineError {
@@ -99,10 +110,9 @@ pub trait Engine: Sync {
         true
     }
 
-    /// True if it runs one reaction per clock: a row with several ticks becomes that many clocks, each with its own row of the trace
-    /// ([`Clocked`](grafsynth_sim::Clocked)).
-    fn is_chip(&self) -> bool {
-        false
+    /// How it takes the rows of a stimulus.
+    fn pace(&self) -> Pace {
+        Pace::Rows
     }
 
     /// True if it compiles and runs the emitted C, which includes C code of the chart's author.

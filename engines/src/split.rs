@@ -9,21 +9,23 @@
 //!
 //! Inputs that are wired to chips alone have the opposite levels until the round ends, so a state or a wire that depends on them is found.
 //!
-//! The chips follow each change of a pin at once, and the CPU's program sees their levels when it reads a pin: delays of the chips and of the synchronisers of the
-//! CPU are not simulated.
+//! In lockstep, the chips follow each change of a pin at once, and the CPU's program sees their levels when it reads a pin: delays of the chips and of the
+//! synchronisers of the CPU are not simulated. Parts that run on their own have clocks and lines with random speeds: see [`free`].
 
 mod board;
+mod free;
+mod lines;
 mod programs;
 mod registers;
 
 use crate::firmware::{BENCH, Bench, Reader, row, too_large_for};
-use crate::{Availability, Engine, EngineError, Job, arm, avr, c, simavr, tools};
+use crate::{Availability, Engine, EngineError, Job, Pace, arm, avr, c, simavr, tools};
 use board::Board;
 use grafsynth_backend_c::Package;
 use grafsynth_backend_c::firmware::{LinkCalls, PORT, linked, shown_steps, stored_bytes};
 use grafsynth_driver::split::{self, Linked, RequestedPart, Split};
 use grafsynth_driver::stem::FileStem;
-use grafsynth_ir::division::{Division, PartNet, Source};
+use grafsynth_ir::division::{Division, PartNet, Running, Source};
 use grafsynth_ir::net::{InputKind, Net, StepId};
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_sim::{InputRow, Row, Trace, TraceLayout, joined_row};
@@ -140,8 +142,14 @@ impl Engine for SplitEngine {
         }
     }
 
-    fn is_chip(&self) -> bool {
-        self.linked.chips.iter().any(|chip| chip.tick.is_some())
+    fn pace(&self) -> Pace {
+        match self.split.division.running {
+            Running::Free => Pace::Events,
+            Running::Lockstep if self.linked.chips.iter().any(|chip| chip.tick.is_some()) => {
+                Pace::Clocks
+            }
+            Running::Lockstep => Pace::Rows,
+        }
     }
 
     fn runs_c(&self) -> bool {
@@ -157,8 +165,10 @@ impl Engine for SplitEngine {
             return Err(EngineError::Failed("the part on the CPU was not built".to_owned()));
         };
         let program = self.program(job.net, &part.net, package)?;
-        let board = Board::new(&self.split, &self.linked).map_err(EngineError::Refused)?;
-        let mut run = Run {
+        let mut board = Board::new(&self.split, &self.linked).map_err(EngineError::Refused)?;
+        let input = InputRow { dt: 0, ..InputRow::zero(job.net) };
+        board.supply(job.net, &input, false);
+        let cpu = OnCpu {
             net: job.net,
             division: &self.split.division,
             part,
@@ -166,19 +176,20 @@ impl Engine for SplitEngine {
             steps: shown_steps(&part.net),
             board,
             registers: Registers::new(self.cpu()),
-            rest: job.stimulus.rows().collect(),
-            input: InputRow { dt: 0, ..InputRow::zero(job.net) },
             sent: Vec::new(),
             asked: Vec::new(),
+        };
+        if self.split.division.running == Running::Free {
+            return free::run(cpu, job, &program);
+        }
+        let mut run = Run {
+            cpu,
+            rest: job.stimulus.rows().collect(),
+            input,
             trace: Trace::new(TraceLayout::of(job.net)),
         };
         run.rest.reverse();
-        run.board.supply(job.net, &run.input, false);
-        let arguments: Vec<&str> = program.arguments.iter().map(String::as_str).collect();
-        tools::converse(&program.file, &arguments, program.bench.path(), LIMIT, |message| {
-            run.answer(message)
-        })
-        .map_err(EngineError::Failed)?;
+        program.converse(|message| run.answer(message))?;
         Ok(run.trace)
     }
 }
@@ -190,6 +201,18 @@ struct Program {
     arguments: Vec<String>,
     /// Keeps the folder of a program around the machine.
     _host: Option<c::Program>,
+}
+
+impl Program {
+    /// Runs the program; `answer` answers its messages.
+    fn converse(
+        &self,
+        answer: impl FnMut(tools::Message) -> Result<Option<u32>, String>,
+    ) -> Result<(), EngineError> {
+        let arguments: Vec<&str> = self.arguments.iter().map(String::as_str).collect();
+        tools::converse(&self.file, &arguments, self.bench.path(), LIMIT, answer)
+            .map_err(EngineError::Failed)
+    }
 }
 
 impl SplitEngine {
@@ -290,8 +313,8 @@ fn host(bench: Bench) -> Result<Program, EngineError> {
     Ok(Program { bench, file, arguments: Vec::new(), _host: None })
 }
 
-/// A run between two messages.
-struct Run<'a> {
+/// The CPU between two messages of its program.
+struct OnCpu<'a> {
     net: &'a Net,
     division: &'a Division,
     part: &'a PartNet,
@@ -300,63 +323,52 @@ struct Run<'a> {
     steps: Vec<StepId>,
     board: Board<'a>,
     registers: Registers,
-    /// The rows that were not sent yet, the last first.
-    rest: Vec<InputRow>,
-    /// The inputs of the current round.
-    input: InputRow,
     /// The bytes of the next round that the program has not asked for yet, the last first.
     asked: Vec<u8>,
     /// The response to the current round.
     sent: Vec<u8>,
-    trace: Trace,
 }
 
-impl Run<'_> {
-    fn answer(&mut self, message: tools::Message) -> Result<Option<u32>, String> {
-        let answer = match message.kind {
+/// What a message of the program demands.
+enum Demand {
+    /// Nothing more than this answer.
+    Answer(Option<u32>),
+    /// A round has ended, and the program asks for the next one.
+    Round,
+}
+
+impl OnCpu<'_> {
+    /// The effect of a message on the registers and the board.
+    fn demand(&mut self, message: tools::Message) -> Result<Demand, String> {
+        Ok(match message.kind {
             programs::WRITE => {
                 self.registers.write(message.at, message.value, &mut self.board);
-                None
+                Demand::Answer(None)
             }
-            programs::READ => Some(self.registers.read(message.at, &mut self.board)),
+            programs::READ => {
+                Demand::Answer(Some(self.registers.read(message.at, &mut self.board)))
+            }
             programs::PUT => {
                 self.sent.extend(message.value.to_le_bytes().first());
-                None
+                Demand::Answer(None)
             }
-            programs::GET => {
-                if self.asked.is_empty() {
-                    self.end_of_round()?;
-                }
-                self.asked.pop().map(u32::from)
-            }
+            programs::GET if self.asked.is_empty() => Demand::Round,
+            programs::GET => Demand::Answer(self.asked.pop().map(u32::from)),
             _ => return Err("the program sent an unknown message".to_owned()),
-        };
-        match self.board.trouble() {
-            Some(why) => Err(format!("row {}: {why}", self.trace.rows.len())),
-            None => Ok(answer),
-        }
+        })
     }
 
-    /// The row of the round that has ended, and the bytes of the next one.
-    fn end_of_round(&mut self) -> Result<(), String> {
-        self.board.supply(self.net, &self.input, false);
-        let nets: Vec<&Net> = self.division.parts.iter().map(|part| &*part.net).collect();
-        let mut rows: Vec<Row> = self.board.rows(&nets, &self.input);
-        let mut reader = Reader { bytes: &self.sent };
-        let own = row(&self.part.net, &self.steps, &InputRow::zero(&self.part.net), &mut reader);
-        match own {
-            Some(own) if reader.bytes.is_empty() => rows.push(own),
-            _ => return Err(format!("the response to row {} is malformed", self.trace.rows.len())),
-        }
-        let row = joined_row(self.net, self.division, &rows, &self.input);
-        let cells = self.trace.layout.row(&row);
-        self.trace.push(cells);
-        self.sent.clear();
-        let Some(input) = self.rest.pop() else {
-            self.asked.push(0);
-            return Ok(());
-        };
-        self.asked.push(1);
+    /// The row of the part on the CPU after a round; `None` if the response is malformed.
+    fn row(&mut self) -> Option<Row> {
+        let sent = std::mem::take(&mut self.sent);
+        let mut reader = Reader { bytes: &sent };
+        let own = row(&self.part.net, &self.steps, &InputRow::zero(&self.part.net), &mut reader)?;
+        reader.bytes.is_empty().then_some(own)
+    }
+
+    /// Lets the program end, or make a round with these inputs.
+    fn ask(&mut self, input: Option<&InputRow>) -> Option<u32> {
+        let Some(input) = input else { return Some(0) };
         self.asked.extend(input.dt.to_le_bytes());
         let members = self.linked.calls.members.iter().map(|(id, _)| *id);
         let conditions = self.part.inputs.iter().filter_map(|(id, source)| match source {
@@ -368,9 +380,54 @@ impl Run<'_> {
             self.asked.extend(bytes.iter().take(stored_bytes(self.net.inputs[id].ty)));
         }
         self.asked.reverse();
-        // What has an effect during the round has been latched, so these inputs may have any level until the round ends.
-        self.board.supply(self.net, &input, true);
-        self.input = input;
-        Ok(())
+        Some(1)
+    }
+}
+
+/// A run in lockstep.
+struct Run<'a> {
+    cpu: OnCpu<'a>,
+    /// The rows that were not sent yet, the last first.
+    rest: Vec<InputRow>,
+    /// The inputs of the current round.
+    input: InputRow,
+    trace: Trace,
+}
+
+impl Run<'_> {
+    fn answer(&mut self, message: tools::Message) -> Result<Option<u32>, String> {
+        let answer = match self.cpu.demand(message)? {
+            Demand::Answer(answer) => answer,
+            Demand::Round => self.end_of_round()?,
+        };
+        match self.cpu.board.trouble() {
+            Some(why) => Err(format!("row {}: {why}", self.trace.rows.len())),
+            None => Ok(answer),
+        }
+    }
+
+    /// The row of the round that has ended, and the next one.
+    fn end_of_round(&mut self) -> Result<Option<u32>, String> {
+        let cpu = &mut self.cpu;
+        cpu.board.supply(cpu.net, &self.input, false);
+        let nets: Vec<&Net> = cpu.division.parts.iter().map(|part| &*part.net).collect();
+        let mut rows: Vec<Row> = cpu.board.rows(&nets, &self.input);
+        match cpu.row() {
+            Some(own) => rows.push(own),
+            None => {
+                return Err(format!("the response to row {} is malformed", self.trace.rows.len()));
+            }
+        }
+        let row = joined_row(cpu.net, cpu.division, &rows, &self.input);
+        let cells = self.trace.layout.row(&row);
+        self.trace.push(cells);
+        let next = self.rest.pop();
+        let answer = cpu.ask(next.as_ref());
+        if let Some(input) = next {
+            // What has an effect during the round has been latched, so these inputs may have any level until the round ends.
+            cpu.board.supply(cpu.net, &input, true);
+            self.input = input;
+        }
+        Ok(answer)
     }
 }

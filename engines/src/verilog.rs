@@ -4,7 +4,7 @@
 
 use crate::scratch::Scratch;
 use crate::tools;
-use crate::{Availability, Engine, EngineError, Job};
+use crate::{Availability, Engine, EngineError, Job, Pace};
 use grafsynth_backend_pld::{Dialect, Named, Object};
 use grafsynth_driver::pipeline;
 use grafsynth_ir::logic::{PinRole, shown_by};
@@ -33,8 +33,8 @@ impl Engine for VerilogEngine {
         "the Verilog text in Icarus Verilog"
     }
 
-    fn is_chip(&self) -> bool {
-        true
+    fn pace(&self) -> Pace {
+        Pace::Clocks
     }
 
     fn availability(&self) -> Availability {

@@ -35,6 +35,9 @@ pub const RESET_ROW: Code = Code { id: "G0514", title: "inputs in the reset row"
 pub const AMBIGUOUS_COLUMN: Code = Code { id: "G0515", title: "ambiguous column" };
 /// A line of a session that is not a command.
 pub const SESSION_COMMAND: Code = Code { id: "G0516", title: "invalid command in a session" };
+/// A stimulus that parts that run on their own cannot get event by event.
+pub const NO_EVENTS: Code =
+    Code { id: "G0517", title: "stimulus that is no sequence of single events" };
 /// An assignment whose value was out of range, so that the nearest bound was stored.
 pub const SATURATED: Code = Code { id: "G0520", title: "saturated assignment" };
 /// Two lists that wrote the same variable in one micro-step.
@@ -66,6 +69,7 @@ pub const ALL: &[Code] = &[
     RESET_ROW,
     AMBIGUOUS_COLUMN,
     SESSION_COMMAND,
+    NO_EVENTS,
     SATURATED,
     RACE,
     RESENT,

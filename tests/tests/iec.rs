@@ -6,7 +6,7 @@
 use grafsynth_backend_c::{Options, Package, Style, multi_harness};
 use grafsynth_driver::read::{Design, ReadLimits, Texts, read};
 use grafsynth_driver::source::Sources;
-use grafsynth_engines::{Availability, EngineError, Job, c, tools};
+use grafsynth_engines::{Availability, EngineError, Job, Pace, c, tools};
 use grafsynth_ir::Valid;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{Clocked, Stimulus, Trace, compare};
@@ -125,7 +125,7 @@ fn all_engines(net: &Valid<Net>, stimulus: &Stimulus, too_large: &[(&str, &str)]
             continue;
         }
         let (stimulus, expected) =
-            if engine.is_chip() { (&ticks, &by_ticks) } else { (stimulus, &expected) };
+            if engine.pace() == Pace::Clocks { (&ticks, &by_ticks) } else { (stimulus, &expected) };
         match engine.run(&Job { net, facts: &facts, stimulus }) {
             Ok(got) => {
                 let difference = compare(expected, &got);

@@ -14,7 +14,9 @@ use std::collections::BTreeSet;
 use grafsynth_ir::Valid;
 use grafsynth_ir::division::{Division, PartIndex};
 use grafsynth_ir::net::{InputId, InputKind, Leaf, Net, Property, PropertyLeaf, PropertyRole};
-use grafsynth_sim::{FreeParts, InputRow, Moment, Row, Simulator, State, breaks_assumption};
+use grafsynth_sim::{
+    FreeParts, InputRow, Moment, Simulator, State, breaks_assumption, measures_time, seen,
+};
 use indexmap::{IndexMap, IndexSet};
 
 use crate::alphabet::{NoAlphabet, values};
@@ -162,8 +164,6 @@ impl<'n> Search<'n> {
             Err(NoAlphabet::TooMany(why)) => return Err(Open::because(why)),
             Err(NoAlphabet::Contradiction) => return Err(Open::because(OpenReason::Assumptions)),
         };
-        let has_time = net.expressions().any(|expr| expr.leaves().any(Leaf::is_time))
-            || net.actions.values().any(|one| one.uses.iter().any(|it| it.qualifier.is_timed()));
         Ok(Search {
             net,
             division,
@@ -171,7 +171,7 @@ impl<'n> Search<'n> {
             whole: Simulator::new(net),
             values,
             asserts,
-            has_time,
+            has_time: measures_time(net),
             limits: limits.clone(),
             moments: 0,
             longest: 0,
@@ -601,17 +601,6 @@ impl<'n> Search<'n> {
 enum NoRest {
     Never,
     TooMany,
-}
-
-/// Outputs, steps and fault of a row of a net with this number of steps, in the order of [`FreeParts::seen`].
-fn seen(row: &Row, n_steps: usize) -> Vec<i64> {
-    let mut steps = vec![0; n_steps];
-    for step in &row.steps {
-        if let Some(bit) = steps.get_mut(step.index()) {
-            *bit = 1;
-        }
-    }
-    row.outputs.iter().copied().chain(steps).chain([i64::from(row.fault)]).collect()
 }
 
 /// Each number of changes that can be taken from each line.

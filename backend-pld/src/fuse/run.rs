@@ -92,6 +92,12 @@ impl<'a> Burned<'a> {
         (self.chip.drives(pin) & 1 == 1).then(|| self.chip.level(pin) & 1 == 1)
     }
 
+    /// The values of all flip-flops, also of those that the circuit does not name.
+    #[must_use]
+    pub fn state(&self) -> Vec<bool> {
+        self.chip.state(0)
+    }
+
     fn done(&mut self, outcome: Result<(), Box<Diagnostic>>) {
         if let Err(trouble) = outcome {
             self.trouble.get_or_insert(trouble);

@@ -1,7 +1,7 @@
 //! `grafsynth compare FILE`: one design on all engines with one stimulus, each compared with the reference simulator.
 
 use super::compared::{nothing_asked, reactions};
-use super::sim::{choice, clocked, stimulus};
+use super::sim::{choice, clocked, events, stimulus};
 use crate::args::{Compare, Input};
 use crate::evidence::up_to;
 use crate::exit::Exit;
@@ -11,10 +11,10 @@ use crate::report::{About, Answer, Status};
 use grafsynth_driver::evidence::Evidence;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
-use grafsynth_engines::{Availability, Engine, EngineError, Job, ReferenceEngine};
+use grafsynth_engines::{Availability, Engine, EngineError, Job, Pace, ReferenceEngine};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid, counted};
-use grafsynth_sim::{Clocked, Difference, Stimulus, Trace, compare};
+use grafsynth_sim::{Difference, Stimulus, Trace, compare};
 use grafsynth_verify::Limits;
 
 /// Runs all engines with one stimulus.
@@ -55,13 +55,16 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
         Err(_) => unreachable!("the reference simulator runs every valid net"),
     };
     // An engine that runs one tick per clock is compared with a chart that is run in the same way.
-    let clocked = if stimulus.long_rows() > 0 && any(|engine| engine.is_chip()) {
+    let mut others = Vec::new();
+    if stimulus.long_rows() > 0 && any(|engine| engine.pace() == Pace::Clocks) {
         let Some(clocked) = clocked(session, net, &stimulus) else { return Ok(Exit::Errors) };
-        let trace = grafsynth_sim::run(&runnable, &clocked.stimulus);
-        Some((clocked, trace))
-    } else {
-        None
-    };
+        others.push(Paced::new(Pace::Clocks, &runnable, clocked.stimulus, String::new()));
+    }
+    if any(|engine| engine.pace() == Pace::Events) {
+        let Some(events) = events(session, net, &stimulus) else { return Ok(Exit::Errors) };
+        let note = format!(" ({}, one at a time)", counted(events.len(), "event", "events"));
+        others.push(Paced::new(Pace::Events, &runnable, events.stimulus, note));
+    }
     let asked = reference.asked_reactions();
     if asked == 0 && !stimulus.is_empty() {
         return Err(nothing_asked());
@@ -79,7 +82,7 @@ pub(super) fn run(session: &mut Session, arguments: &Compare, input: &Input) -> 
         net,
         job,
         reference: &reference,
-        clocked: clocked.as_ref(),
+        others: &others,
         asked,
         differences: Vec::new(),
         refusals: Vec::new(),
@@ -123,8 +126,8 @@ struct Comparison<'a> {
     net: &'a Valid<Net>,
     job: Job<'a>,
     reference: &'a Trace,
-    /// The stimulus and the trace for engines that run one tick per clock, if they differ from the others.
-    clocked: Option<&'a (Clocked, Trace)>,
+    /// What other engines than those that run row by row are compared with.
+    others: &'a [Paced],
     /// The number of reactions that are compared.
     asked: usize,
     /// Differences that were already explained: each is explained once, with the engine that showed it first.
@@ -132,6 +135,22 @@ struct Comparison<'a> {
     refusals: Vec<(&'a str, Vec<Diagnostic>)>,
     n_equal: usize,
     n_skipped: usize,
+}
+
+/// The stimulus as engines of one pace run it, and the trace of the reference with it.
+struct Paced {
+    pace: Pace,
+    stimulus: Stimulus,
+    trace: Trace,
+    /// What a result says about the stimulus.
+    note: String,
+}
+
+impl Paced {
+    fn new(pace: Pace, net: &Valid<Net>, stimulus: Stimulus, note: String) -> Self {
+        let trace = grafsynth_sim::run(net, &stimulus);
+        Paced { pace, stimulus, trace, note }
+    }
 }
 
 /// A difference that was explained.
@@ -159,14 +178,15 @@ impl<'a> Comparison<'a> {
             return Ok(Exit::Done);
         }
         progress::doing(format!("running engine {name} on {}", self.net.name));
-        let by_clocks = self.clocked.filter(|_| engine.is_chip());
-        let reference = by_clocks.map_or(self.reference, |(_, trace)| trace);
-        let stimulus = by_clocks.map_or(self.job.stimulus, |(clocked, _)| &clocked.stimulus);
+        let own = self.others.iter().find(|one| one.pace == engine.pace());
+        let reference = own.map_or(self.reference, |one| &one.trace);
+        let stimulus = own.map_or(self.job.stimulus, |one| &one.stimulus);
         match engine.run(&Job { stimulus, ..self.job }) {
             Ok(trace) => match compare(reference, &trace) {
                 None => {
-                    let message = "no difference";
-                    let answer = self.answer(name, Status::Done, message);
+                    let note = own.map_or("", |one| one.note.as_str());
+                    let message = format!("no difference{note}");
+                    let answer = self.answer(name, Status::Done, &message);
                     self.session.answer(&answer, &format!("{name:<10} {message}\n"));
                     self.n_equal += 1;
                     Ok(Exit::Done)

@@ -15,14 +15,14 @@ use grafsynth_draw::{svg, waves};
 use grafsynth_driver::logic::LogicDesign;
 use grafsynth_driver::read::Design;
 use grafsynth_driver::trust;
-use grafsynth_engines::{Availability, Engine, EngineError, Job, OfCpu};
+use grafsynth_engines::{Availability, Engine, EngineError, Job, OfCpu, Pace};
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::{Net, StepId};
 use grafsynth_ir::{Diagnostic, FileId, Span, Valid, counted};
 use grafsynth_sim::codes;
 use grafsynth_sim::{
-    Clocked, Difference, Expected, Simulator, Stepper, Stimulus, Trace, TraceLayout, run_observed,
-    with_plant,
+    Clocked, Difference, Events, Expected, Simulator, Stepper, Stimulus, Trace, TraceLayout,
+    run_observed, with_plant,
 };
 use std::path::Path;
 
@@ -59,7 +59,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Sim) -> Result<Exit, Stop> 
     }
     let runnable = trust::runnable(net, arguments.trust.trust_code);
     let engine = engine.engine(session, &runnable, with)?;
-    let max_dt = if engine.is_chip() { 1 } else { 3 };
+    let max_dt = if engine.pace() == Pace::Rows { 3 } else { 1 };
     let Some((stimulus, expected)) = with_expected(
         session,
         net,
@@ -167,18 +167,20 @@ fn by_engine(
     if engine.runs_c() && !arguments.trust.trust_code {
         session.show(trust::left_out(net).as_slice());
     }
-    let clocked = if engine.is_chip() {
-        let Some(clocked) = clocked(session, net, stimulus) else { return Ok(None) };
-        Some(clocked)
-    } else {
-        None
+    let run = |stimulus: &Stimulus| engine.run(&Job { net: &runnable, facts: &facts, stimulus });
+    let trace = match engine.pace() {
+        Pace::Rows => run(stimulus),
+        Pace::Clocks => {
+            let Some(clocked) = clocked(session, net, stimulus) else { return Ok(None) };
+            run(&clocked.stimulus).map(|trace| clocked.by_rows(net, &trace))
+        }
+        Pace::Events => {
+            let Some(events) = events(session, net, stimulus) else { return Ok(None) };
+            run(&events.stimulus).map(|trace| events.by_rows(&trace))
+        }
     };
-    let rows = clocked.as_ref().map_or(stimulus, |clocked| &clocked.stimulus);
-    match engine.run(&Job { net: &runnable, facts: &facts, stimulus: rows }) {
-        Ok(trace) => Ok(Some(match clocked {
-            Some(clocked) => clocked.by_rows(net, &trace),
-            None => trace,
-        })),
+    match trace {
+        Ok(trace) => Ok(Some(trace)),
         Err(EngineError::Refused(found)) => {
             session.show(&found);
             Ok(None)
@@ -399,6 +401,11 @@ pub(super) fn clocked(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) 
             None
         }
     }
+}
+
+/// The stimulus as parts that run on their own get it: one event at a time. `None` if that is not possible; the error was then shown.
+pub(super) fn events(session: &Session, net: &Valid<Net>, stimulus: &Stimulus) -> Option<Events> {
+    Events::of(net, stimulus).map_err(|finding| session.show(&[*finding])).ok()
 }
 
 /// Reports sets of steps of which at most one can be active (or exactly one), if the restored state violates that.

@@ -1,6 +1,6 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
-use super::{BuiltPart, PartDevice, RequestedPart, Split, has_time};
+use super::{BuiltPart, PartDevice, RequestedPart, Split};
 use crate::built::OutputFile;
 use crate::codes;
 use crate::report::chip::{Chip, Kind};
@@ -12,6 +12,7 @@ use grafsynth_ir::division::{Division, PartNet, Running, Shown};
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinOutput, PinRole};
 use grafsynth_ir::net::{InputId, Net, Transition, TransitionId};
+use grafsynth_sim::measures_time;
 use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
@@ -182,7 +183,7 @@ fn round(
         .saturating_add(cycles * u64::from(cpu.clocks_per_cycle))
         .saturating_mul(u64::from(rounds));
     let ns = clocks.saturating_mul(1_000_000_000).div_ceil(hz.max(1));
-    let period = if has_time(net) { net.settings.tick_ns.max(ns) } else { ns };
+    let period = if measures_time(net) { net.settings.tick_ns.max(ns) } else { ns };
     let pin_to_pin_ns = period.saturating_add(ns);
     Ok(Round { step: bound.step, link: cycles, hz, rounds, ns, pin_to_pin_ns })
 }

@@ -1,5 +1,6 @@
 //! The board of a split: the wires of its link, with the simulated chips at their ends.
 
+use super::lines::{Lines, Next};
 use grafsynth_backend_pld::fuse::run::Burned;
 use grafsynth_driver::report::Chip;
 use grafsynth_driver::report::chip::Kind;
@@ -7,7 +8,7 @@ use grafsynth_driver::run::chip_row;
 use grafsynth_driver::split::{Linked, Split};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Gather;
-use grafsynth_ir::logic::{PinInputId, PinOutputId, PinRole};
+use grafsynth_ir::logic::{Logic, PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_logic::chip::ChipSim;
 use grafsynth_logic::sim::LogicSim;
@@ -26,6 +27,10 @@ pub(super) struct Board<'a> {
     driven: BTreeMap<u32, bool>,
     /// The level of each connection, as the chips at its ends see it.
     levels: Vec<Option<bool>>,
+    /// The lines, if the parts run on their own, with the levels that have arrived at the pins of the CPU.
+    lines: Option<(Lines, BTreeMap<u32, Option<bool>>)>,
+    /// The level that the plant gives each pin of a chip.
+    supplied: BTreeMap<End, bool>,
     /// The first mistake in the use of the pins.
     pub(super) trouble: Option<String>,
 }
@@ -44,13 +49,75 @@ impl<'a> Board<'a> {
             chips.push(Device::new(net, chip, pins)?);
         }
         let levels = vec![None; linked.link.connections.len()];
-        let mut board = Board { linked, chips, driven: BTreeMap::new(), levels, trouble: None };
+        let mut board = Board {
+            linked,
+            chips,
+            driven: BTreeMap::new(),
+            levels,
+            lines: None,
+            supplied: BTreeMap::new(),
+            trouble: None,
+        };
         board.update();
         Ok(board)
     }
 
     fn cpu(&self) -> usize {
         self.linked.chips.len()
+    }
+
+    /// From now on the parts run on their own: chips with clocks of their own, and lines that deliver changes late.
+    pub(super) fn run_free(&mut self, seed: u64) {
+        let cpu = self.cpu();
+        let mut arrived = BTreeMap::new();
+        let linked = self.linked;
+        for one in &linked.link.connections {
+            for end in one.to.iter().filter(|end| end.part == cpu) {
+                arrived.insert(end.pin, self.level_of(one));
+            }
+        }
+        self.lines = Some((Lines::new(seed, self.chips.len()), arrived));
+    }
+
+    /// The lines of parts that run on their own.
+    pub(super) fn lines(&mut self) -> Option<&mut Lines> {
+        self.lines.as_mut().map(|(lines, _)| lines)
+    }
+
+    /// Time passes until the next event at a part, but not beyond `until`.
+    pub(super) fn pass(&mut self, until: u64) -> Option<Happened> {
+        let happened = match self.lines()?.pass(until)? {
+            Next::Arrival(end, level) => {
+                self.reach(end, level);
+                if end.part == self.cpu() { Happened::AtCpu } else { Happened::AtChip }
+            }
+            Next::Edge(at) => {
+                let is_changed = self.chips.get_mut(at).is_some_and(Device::pulse);
+                if !is_changed {
+                    self.lines()?.is_idle(at);
+                }
+                Happened::Edge(at)
+            }
+        };
+        self.update();
+        Some(happened)
+    }
+
+    /// A pin gets another level: at once in lockstep, otherwise when the line delivers it.
+    fn put(&mut self, end: End, level: Option<bool>) {
+        match self.lines() {
+            Some(lines) => lines.send(end, level),
+            None => self.reach(end, level),
+        }
+    }
+
+    fn reach(&mut self, end: End, level: Option<bool>) {
+        if let Some(chip) = self.chips.get_mut(end.part) {
+            // An undriven pin is high.
+            chip.put(end.pin, level.unwrap_or(true));
+        } else if let Some((_, arrived)) = &mut self.lines {
+            arrived.insert(end.pin, level);
+        }
     }
 
     /// The plant gives the inputs of a row to the chips that have them without the CPU; `inverted` gives the opposite levels.
@@ -60,8 +127,9 @@ impl<'a> Board<'a> {
             let offset = input.value(one.input).abs_diff(net.inputs[one.input].ty.bounds().0);
             let level = offset.checked_shr(one.bit).unwrap_or(0) & 1 == 1;
             for end in &one.to {
-                if let Some(chip) = self.chips.get_mut(end.part) {
-                    chip.put(end.pin, level != inverted);
+                let level = level != inverted;
+                if self.supplied.insert(*end, level) != Some(level) {
+                    self.put(*end, Some(level));
                 }
             }
         }
@@ -100,7 +168,8 @@ impl<'a> Board<'a> {
         let Some(one) = linked.link.connections.iter().find(|one| one.to.contains(&end)) else {
             return false;
         };
-        let level = self.level_of(one);
+        let arrived = self.lines.as_ref().and_then(|(_, arrived)| arrived.get(&pin).copied());
+        let level = arrived.unwrap_or_else(|| self.level_of(one));
         if level.is_none() {
             let message = format!("the CPU reads `{}`, which nothing drives", one.name);
             self.trouble.get_or_insert(message);
@@ -128,18 +197,18 @@ impl<'a> Board<'a> {
                 }
                 self.levels[at] = level;
                 is_settled = false;
-                for end in one.to.iter().filter(|end| end.part != linked.chips.len()) {
-                    if let Some(chip) = self.chips.get_mut(end.part) {
-                        // An undriven pin is high.
-                        chip.put(end.pin, level.unwrap_or(true));
-                    }
-                }
+                one.to.iter().for_each(|end| self.put(*end, level));
             }
             if is_settled {
                 return;
             }
         }
         self.trouble.get_or_insert_with(|| "the wires between the chips do not settle".to_owned());
+    }
+
+    /// The row that a chip shows now.
+    pub(super) fn row(&mut self, chip: usize, net: &Net, input: &InputRow) -> Option<Row> {
+        self.chips.get_mut(chip).map(|chip| chip.row(net, input))
     }
 
     /// The rows of the chips at the end of a round.
@@ -154,8 +223,20 @@ impl<'a> Board<'a> {
     }
 }
 
+/// An event at a part that runs on its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Happened {
+    /// A pin of the CPU has another level.
+    AtCpu,
+    /// A pin of a chip has another level.
+    AtChip,
+    /// This chip has made a reaction.
+    Edge(usize),
+}
+
 /// A simulated chip with its pins.
 struct Device<'a> {
+    logic: &'a Logic,
     circuit: Circuit<'a>,
     clock: Option<u32>,
     is_high: bool,
@@ -189,7 +270,8 @@ impl<'a> Device<'a> {
             }
             None => text(net, chip, pins),
         };
-        Ok(Device { circuit, clock: pins.clock, is_high: false, is_clocked: false })
+        let logic = &chip.read_back;
+        Ok(Device { logic, circuit, clock: pins.clock, is_high: false, is_clocked: false })
     }
 
     /// Applies a level to a pin.
@@ -211,6 +293,26 @@ impl<'a> Device<'a> {
                 if is_edge {
                     sim.sim_mut().clock();
                 }
+            }
+        }
+    }
+
+    /// A pulse of the clock; true if a flip-flop has changed.
+    fn pulse(&mut self) -> bool {
+        let before = self.flops();
+        if let Some(clock) = self.clock {
+            self.put(clock, true);
+            self.put(clock, false);
+        }
+        self.flops() != before
+    }
+
+    /// The values of all flip-flops.
+    fn flops(&self) -> Vec<bool> {
+        match &self.circuit {
+            Circuit::Fuses(sim) => sim.sim().state(),
+            Circuit::Text { sim, .. } => {
+                self.logic.flops.ids().map(|flop| sim.sim().flop(flop) & 1 == 1).collect()
             }
         }
     }
