@@ -1,7 +1,8 @@
 //! A drawing on several sheets of paper.
 //!
-//! A drawing that is wider than the paper is made smaller. One that is higher is cut between symbols, where only links cross the cut. Each end of such a link
-//! has a mark with the step that the link belongs to and the page of the other end. A part without a place for a cut is made smaller, too.
+//! A drawing that is wider than the paper is made smaller. One that is higher is cut between symbols, where only links cross the cut, or made smaller as long as
+//! it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end. A part without a place for a cut is
+//! made smaller, too.
 
 use crate::picture::{Font, Mark, Pen, Picture, Shape};
 use crate::text::{cut, width};
@@ -81,27 +82,31 @@ const GAP: i64 = 8;
 /// The number of rows of marks from which a cut counts as impossible if there is another one.
 const MOST_ROWS: i64 = 10;
 
-/// Divides a drawing into pages, in portrait unless the drawing is wider than that.
+/// How much smaller a drawing may be, in thousandths: its smallest letters, of 11 pixels, still have 7 points.
+const READABLE: i64 = 1176;
+
+/// Divides a drawing into pages of one size, in portrait unless the drawing is wider than that. It is made smaller, as long as it can be read, if this cuts
+/// fewer links.
 #[must_use]
 pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
     let (short, long) = paper.size();
     let is_wide = picture.width > pixels(short) - 2 * MARGIN;
     let size = if is_wide { (long, short) } else { (short, long) };
     let inner = (pixels(size.0) - 2 * MARGIN, pixels(size.1) - 2 * MARGIN - BLOCK);
-    let shrunk = thousandths(picture.width, inner.0);
-    let cuts = cuts(picture, inner.1 * shrunk / 1000);
-    let n_pages = cuts.len() + 1;
-    let mut ends = vec![0];
-    ends.extend(cuts.iter().map(|cut| cut.y));
-    ends.push(picture.height);
+    let by_width = thousandths(picture.width, inner.0);
+    let all = [by_width, by_width.max(READABLE)].map(|most| cuts(picture, inner.1 * most / 1000));
+    let n_links = |cuts: &Vec<Cut<'_>>| cuts.iter().map(|cut| cut.links.len()).sum::<usize>();
+    let cuts = all.into_iter().min_by_key(n_links).unwrap_or_default();
+    let parts = parts(picture, &cuts);
+    let needed = |part: &Picture| {
+        by_width.max(thousandths(part.width, inner.0)).max(thousandths(part.height, inner.1))
+    };
+    // The parts without a place for a cut do not make the other pages smaller.
+    let common = parts.iter().map(needed).filter(|factor| *factor <= READABLE).max();
+    let n_pages = parts.len();
     let mut pages = Vec::new();
-    for (number, pair) in ends.windows(2).enumerate() {
-        let [top, bottom] = [pair[0], pair[1]];
-        let above = number.checked_sub(1).and_then(|before| cuts.get(before));
-        let content = part(picture, top..bottom, above, cuts.get(number), number + 1);
-        let (by_width, by_height) =
-            (thousandths(content.width, inner.0), thousandths(content.height, inner.1));
-        let factor = shrunk.max(by_width).max(by_height);
+    for (number, content) in parts.into_iter().enumerate() {
+        let factor = needed(&content).max(common.unwrap_or(by_width));
         let scaled = |length: i64| (length * factor + 999) / 1000;
         let mut page = Picture {
             width: scaled(pixels(size.0)),
@@ -118,6 +123,20 @@ pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
         pages.push(Page { picture: page, size, percent: 100_000 / factor });
     }
     pages
+}
+
+/// The parts of a drawing between the cuts, with their marks.
+fn parts(picture: &Picture, cuts: &[Cut<'_>]) -> Vec<Picture> {
+    let mut ends = vec![0];
+    ends.extend(cuts.iter().map(|cut| cut.y));
+    ends.push(picture.height);
+    let cut = |number: Option<usize>| number.and_then(|number| cuts.get(number));
+    { ends.windows(2).enumerate() }
+        .map(|(number, pair)| {
+            let (above, below) = (cut(number.checked_sub(1)), cut(Some(number)));
+            part(picture, pair[0]..pair[1], above, below, number + 1)
+        })
+        .collect()
 }
 
 /// The pixels of a length in tenths of a millimetre.
