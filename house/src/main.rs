@@ -50,9 +50,9 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
     ("code lines of c and backend-c", 29_320),
-    ("code lines of ir", 20_930),
-    ("code lines of driver", 13_950),
-    ("code lines of all crates", 186_400),
+    ("code lines of ir", 20_950),
+    ("code lines of driver", 13_960),
+    ("code lines of all crates", 187_400),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),
