@@ -1,10 +1,11 @@
 //! The page of each code: its example triggers the code.
 //!
-//! An example is a net; its file is in comments after the line `// stimulus`, `// trace`, `// state` or `// commands`.
+//! An example is a net; its file is in comments after the line `// stimulus`, `// trace`, `// state`, `// commands` or
+//! `// events` (a stimulus that is divided into events).
 
 use grafsynth_ir::{Diagnostic, FileId, Valid, text, validate};
 
-use crate::{Clocked, Command, Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
+use crate::{Clocked, Command, Events, Simulator, Stimulus, Trace, TraceLayout, codes, run_with};
 
 macro_rules! pages {
     ($($id:literal)*) => {
@@ -29,6 +30,7 @@ const PAGES: &[(&str, &str)] = pages! {
     "G0514"
     "G0515"
     "G0516"
+    "G0517"
     "G0520"
     "G0521"
     "G0522"
@@ -41,7 +43,7 @@ const PAGES: &[(&str, &str)] = pages! {
 fn example(page: &str) -> (String, String, String) {
     let block = page.split("```").nth(1).unwrap();
     let (_, net) = block.split_once('\n').unwrap();
-    let (kind, place) = ["stimulus", "trace", "state", "commands"]
+    let (kind, place) = ["stimulus", "trace", "state", "commands", "events"]
         .into_iter()
         .find_map(|kind| Some((kind, net.find(&format!("// {kind}\n"))?)))
         .unwrap();
@@ -62,6 +64,12 @@ fn found(net: &Valid<grafsynth_ir::net::Net>, kind: &str, file: &str) -> Vec<Dia
             .filter_map(|line| Command::parse(net, place, 0, line).err())
             .map(|found| *found)
             .collect(),
+        "events" => {
+            let (stimulus, mut problems) = Stimulus::parse_csv(net, place, file);
+            let events = stimulus.and_then(|stimulus| Events::of(net, &stimulus).err());
+            problems.extend(events.map(|finding| *finding));
+            problems
+        }
         "state" => Simulator::new(net).restore(file).err().unwrap_or_default(),
         _ => {
             let (stimulus, mut problems) = Stimulus::parse_csv(net, place, file);
