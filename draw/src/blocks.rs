@@ -422,7 +422,8 @@ impl Blocks<'_> {
             let goal = self.offset(self.graph.arcs[arc].to, node);
             let (left, right) = sides(&whole.outline, arc);
             // The shorter way around the block.
-            let x = if 2 * right - start - goal < start + goal - 2 * left { right } else { left };
+            let is_right = 2 * right - start - goal < start + goal - 2 * left;
+            let x = if is_right == self.order.takes_longer_way[arc] { left } else { right };
             for row in rows(arc) {
                 whole.outline.add(row, x - LANE / 2, x + LANE / 2);
             }

@@ -514,10 +514,3 @@ fn pack(lines: &mut [Horizontal], order: &[usize], downs: &[Vec<(usize, i64)>]) 
         }
     }
 }
-
-/// Lays out a connected graph.
-pub(crate) fn lay_out(graph: &Graph) -> Placed {
-    let order = Order::of(graph);
-    let columns = crate::blocks::columns(graph, &order);
-    place(graph, &order, &columns)
-}

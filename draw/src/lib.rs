@@ -21,6 +21,7 @@ mod blocks;
 mod channels;
 mod container;
 mod content;
+mod exchange;
 mod foreign;
 mod ink;
 mod layers;

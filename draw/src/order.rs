@@ -93,6 +93,8 @@ pub(crate) struct Order {
     pub(crate) row: Vec<usize>,
     /// The immediate dominator of each node; the number of nodes stands for the root above all.
     pub(crate) dominator: Vec<usize>,
+    /// For each link that leads up, whether it takes the longer way around its block.
+    pub(crate) takes_longer_way: Vec<bool>,
 }
 
 impl Order {
@@ -103,7 +105,9 @@ impl Order {
         for (index, node) in nodes.iter().enumerate() {
             position[*node] = index + 1;
         }
-        let mut order = Order { is_back, nodes, position, row: vec![0; n], dominator: vec![n; n] };
+        let takes_longer_way = vec![false; graph.arcs.len()];
+        let (row, dominator) = (vec![0; n], vec![n; n]);
+        let mut order = Order { is_back, nodes, position, row, dominator, takes_longer_way };
         order.set_rows(graph);
         order.set_dominators(graph, n);
         order

@@ -1,7 +1,8 @@
 //! The sheet: arranges charts, expansions and the legend beside and below each other.
 
 use crate::Style;
-use crate::channels::{HALF, Placed, lay_out};
+use crate::channels::{HALF, Placed};
+use crate::exchange::lay_out;
 use crate::content::{Content, Scope};
 use crate::nest;
 use crate::order::{Arc, Graph};

@@ -370,7 +370,7 @@ fn some_steps(design: &Design) -> Vec<String> {
 #[test]
 fn spoiled_drawings_are_noticed() {
     let mut counts: BTreeMap<Harm, usize> = BTreeMap::new();
-    let charts = examples().into_iter().chain((0..rounds(6, 60)).map(random_chart));
+    let charts = examples().into_iter().chain((0..rounds(7, 60)).map(random_chart));
     for text in charts {
         let design = parsed(&text);
         let vocabulary = Vocabulary::of(&design);

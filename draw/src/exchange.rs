@@ -1,0 +1,135 @@
+//! Fewer crossings: branches that change places, and links that lead up on the other side.
+//!
+//! A chart is first laid out as it was written. Only if links cross, branches below a node are exchanged, or a link that leads up is moved to the other side of
+//! its block, for as long as each change makes the crossings fewer, or the drawing smaller with as many crossings. Then the search starts again from other
+//! orders. So a drawing without crossings keeps the order of its source.
+
+use crate::blocks;
+use crate::channels::{Placed, place};
+use crate::order::{Graph, Order};
+
+/// The work for one graph: the sum of its nodes over all layouts that are tried.
+const WORK: usize = 12_000;
+/// A larger graph is laid out only once.
+const MOST_NODES: usize = 600;
+
+/// A change of a layout.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    /// The branches of this node at these places are exchanged.
+    Branches(usize, usize, usize),
+    /// All branches from this node on are in the opposite order.
+    Mirror(usize),
+    /// This link takes the other way if it leads up.
+    Side(usize),
+}
+
+/// What the drawing of a graph depends on.
+#[derive(Debug, Clone)]
+struct Choice {
+    graph: Graph,
+    /// For each link whether it takes the longer way around its block if it leads up.
+    longer_way: Vec<bool>,
+}
+
+/// A layout, with its crossings and its area.
+struct Tried {
+    placed: Placed,
+    cost: (usize, i64),
+}
+
+/// Lays out a connected graph.
+pub(crate) fn lay_out(graph: &Graph) -> Placed {
+    let mut choice = Choice { graph: graph.clone(), longer_way: vec![false; graph.arcs.len()] };
+    let mut best = choice.tried();
+    let n_nodes = graph.nodes.len();
+    if best.cost.0 == 0 || n_nodes > MOST_NODES {
+        return best.placed;
+    }
+    let mut left = WORK / n_nodes.max(1);
+    let changes = choice.changes();
+    for start in 0.. {
+        let found = choice.improved(&changes, &mut left);
+        if found.cost < best.cost {
+            best = found;
+        }
+        if left == 0 || best.cost.0 == 0 || changes.is_empty() {
+            break;
+        }
+        // Another start: every so many changes.
+        let step = 2 + start % 5;
+        changes.iter().skip(start).step_by(step).for_each(|change| choice.make(*change));
+    }
+    best.placed
+}
+
+impl Choice {
+    fn tried(&self) -> Tried {
+        let mut order = Order::of(&self.graph);
+        order.takes_longer_way.clone_from(&self.longer_way);
+        let placed = place(&self.graph, &order, &blocks::columns(&self.graph, &order));
+        let area = (placed.right - placed.left).saturating_mul(placed.height);
+        Tried { cost: (crossings(&placed), area), placed }
+    }
+
+    /// All changes.
+    fn changes(&self) -> Vec<Change> {
+        let graph = &self.graph;
+        let branches = graph.outs.iter().enumerate().flat_map(|(node, outs)| {
+            let pairs = (1..outs.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+            pairs.map(move |(a, b)| Change::Branches(node, a, b))
+        });
+        let nodes = 0..graph.nodes.len();
+        let mirrors = nodes.filter(|node| graph.outs[*node].len() > 1).map(Change::Mirror);
+        branches.chain(mirrors).chain((0..graph.arcs.len()).map(Change::Side)).collect()
+    }
+
+    /// Makes each change that helps, until none does or `left` layouts were tried.
+    fn improved(&mut self, changes: &[Change], left: &mut usize) -> Tried {
+        let mut best = self.tried();
+        // The number of changes since the last one that helped.
+        let mut in_vain = 0;
+        for change in changes.iter().cycle() {
+            if *left == 0 || best.cost.0 == 0 || in_vain == changes.len() {
+                break;
+            }
+            *left -= 1;
+            in_vain += 1;
+            let before = self.clone();
+            self.make(*change);
+            let other = self.tried();
+            if other.cost < best.cost {
+                if other.cost.0 < best.cost.0 {
+                    in_vain = 0;
+                }
+                best = other;
+            } else {
+                *self = before;
+            }
+        }
+        best
+    }
+
+    fn make(&mut self, change: Change) {
+        match change {
+            Change::Branches(node, a, b) => self.graph.outs[node].swap(a, b),
+            Change::Mirror(top) => {
+                let order = Order::of(&self.graph);
+                for (node, outs) in self.graph.outs.iter_mut().enumerate() {
+                    if order.common(node, top) == top {
+                        outs.reverse();
+                    }
+                }
+            }
+            Change::Side(arc) => self.longer_way[arc] = !self.longer_way[arc],
+        }
+    }
+}
+
+/// The number of crossings; one with a double line counts twice.
+fn crossings(placed: &Placed) -> usize {
+    let is_double = |(x, y): &&(i64, i64)| {
+        placed.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
+    };
+    placed.crossings.len() + placed.crossings.iter().filter(is_double).count()
+}
