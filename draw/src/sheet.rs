@@ -2,8 +2,8 @@
 
 use crate::Style;
 use crate::channels::{HALF, Placed};
-use crate::exchange::lay_out;
 use crate::content::{Content, Scope};
+use crate::exchange::lay_out;
 use crate::nest;
 use crate::order::{Arc, Graph};
 use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
