@@ -487,7 +487,8 @@ fn what_is_refuted_can_be_seen() {
     for one in &hidden {
         println!("{one}");
     }
-    // What is left needs an input whose line is slower than several reactions of other parts; these benches deliver each change before the next reaction.
+    // Of 500, 46 were not seen. One of them needs an input line that is slower than the reaction of another part, which these benches do not have; the others
+    // were not examined, so some of them may be no races. The bound is above what was measured.
     assert!(hidden.len() * 5 <= shown, "{} races were not seen", hidden.len());
 }
 
