@@ -48,7 +48,7 @@ impl Facts {
         self.rounds.clone().into_iter().chain(of_depth).min_by_key(|rounds| rounds.value)
     }
 
-    /// The facts about situations that also apply between the micro-steps of a reaction, and what is known about the evolution itself.
+    /// Without the facts that apply only at the ends of reactions: those about situations that a search found.
     #[must_use]
     pub fn between_micro_steps(&self, net: &Net) -> Facts {
         let lasts = |by: Proof| is_about_micro_steps(net, by);

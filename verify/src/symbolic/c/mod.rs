@@ -27,6 +27,7 @@ mod pointers;
 mod question;
 mod relation;
 mod run;
+mod settle;
 mod value;
 
 use grafsynth_c::tree::Unit;

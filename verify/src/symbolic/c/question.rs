@@ -40,15 +40,15 @@ pub(super) enum Question {
     Obligation(Danger, u32, usize),
     /// A scalar of the instance, by its number in the hint, whose meaning requires that some states exclude each other.
     Exclusive(usize),
-    /// A scalar of the instance, by its number in the hint, at a place in the evolution of a statechart.
+    /// A scalar of the instance, by its number in the hint, at a place in a cut evolution.
     Within(Place, usize),
-    /// A local of a reaction, by its number in the hint, at a place in the evolution of a statechart.
+    /// A local of a reaction, by its number in the hint, at a place in a cut evolution.
     Local(Place, usize),
-    /// The counter of the loop, by its position, at a place in the evolution of a statechart.
+    /// The counter of the loop, by its position, at a place in a cut evolution.
     Counter(Place, usize),
-    /// Whether there is another check, at a place in the evolution of a statechart.
+    /// Whether there is another check, at a place in a cut evolution.
     GoesOn(Place),
-    /// An invariant of the second encoding, by its number, at a place in the evolution of a statechart.
+    /// An invariant of the second encoding, by its number, at a place in a cut evolution.
     Invariant(Place, usize),
     /// The second encoding starts an evolution as the bound on its checks assumes.
     Begins,
@@ -56,7 +56,7 @@ pub(super) enum Question {
     Progress,
 }
 
-/// A place in the evolution of a statechart.
+/// A place in a cut evolution.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Place {
     /// Before the first check.
