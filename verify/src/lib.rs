@@ -43,7 +43,7 @@ mod zone;
 pub use equiv::{Certificate, Counterexample, Method, Verdict, equiv};
 pub use explored::{Explored, findings, lints};
 pub use facts::{facts, structural_facts};
-pub use free::{Race, Settled, settles};
+pub use free::{Event, Race, Settled, Unlike, settles};
 pub use limits::{DEFAULT_EFFORT, Limits, MAX_EFFORT};
 pub use lints::{Check, Checked, Conflict, Decided, Findings};
 pub use properties::{Outcome, PropertyVerdict, check_assumption, properties, with_emergency};

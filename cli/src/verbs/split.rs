@@ -464,8 +464,9 @@ fn joined(net: &Net, split: &Split, link: &Linked) -> (Status, Vec<String>) {
             (Status::Proved, vec![message, split::assumed(net, proof, link)])
         }
         Whole::Sequences(Verdict::Refuted(race)) => {
-            let numbered = (1..).zip(&race.trace).map(|(n, event)| format!("{n}. {event}"));
-            let first = format!("DIFFER from the chart: {}", race.what);
+            let events = race.trace(net, &split.division);
+            let numbered = (1..).zip(events).map(|(n, event)| format!("{n}. {event}"));
+            let first = format!("DIFFER from the chart: {}", race.what(net));
             (Status::Refuted, [first].into_iter().chain(numbered).collect())
         }
         Whole::Rounds(Verdict::Open(why)) | Whole::Sequences(Verdict::Open(why)) => open(why),

@@ -12,16 +12,24 @@
 use std::collections::BTreeSet;
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::division::{Division, PartIndex};
-use grafsynth_ir::net::{InputId, InputKind, Leaf, Net, Property, PropertyLeaf, PropertyRole};
+use grafsynth_ir::division::Division;
+use grafsynth_ir::net::{
+    InputId, InputKind, Leaf, Net, Property, PropertyLeaf, PropertyRole, VarId,
+};
 use grafsynth_sim::{
     FreeParts, InputRow, Moment, Simulator, State, breaks_assumption, measures_time, seen,
 };
-use indexmap::{IndexMap, IndexSet};
+use indexmap::IndexSet;
 
 use crate::alphabet::{NoAlphabet, values};
 use crate::limits::Limits;
 use crate::verdict::{Open, OpenReason, Verdict};
+
+mod race;
+mod ways;
+
+pub use race::{Event, Race, Unlike};
+use ways::Ways;
 
 /// The proof that free-running parts behave like the net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -34,15 +42,6 @@ pub struct Settled {
     pub longest: usize,
     /// True if a tick may pass during an episode.
     pub has_time: bool,
-}
-
-/// A way of the parts that is no run of the net.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Race {
-    /// What is different at its end.
-    pub what: String,
-    /// How it comes to that, one sentence for each event from the start.
-    pub trace: Vec<String>,
 }
 
 /// Proves or refutes that the parts of a division that run on their own behave like the net.
@@ -112,14 +111,6 @@ struct Point {
     runs: Vec<u32>,
 }
 
-/// What happens between two points.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Event {
-    Change,
-    /// A part reacts after it took these numbers of changes from its lines; true if a tick passes in it.
-    React(PartIndex, Vec<usize>, bool),
-}
-
 /// The largest number of runs of the net that an episode may have.
 const MOST_RUNS: usize = 256;
 
@@ -132,27 +123,29 @@ struct Search<'n> {
     parts: FreeParts<'n>,
     whole: Simulator<'n>,
     values: Vec<Vec<i64>>,
-    asserts: Vec<&'n Property>,
+    /// The asserts, with their places among the properties.
+    asserts: Vec<(usize, &'n Property)>,
     has_time: bool,
     limits: Limits,
     moments: u64,
     longest: usize,
     rests: IndexSet<Rest>,
-    /// The rest and the episode, with its ways in words, that first led to each rest.
-    from: Vec<Option<(usize, Vec<String>)>>,
+    /// The rest from which each rest was first reached, unless that was reset, and the events in between.
+    from: Vec<(Option<usize>, Vec<Event>)>,
 }
 
 impl<'n> Search<'n> {
     fn new(net: &'n Valid<Net>, division: &'n Division, limits: &Limits) -> Result<Self, Open> {
-        let asserts: Vec<&Property> =
-            net.properties.iter().filter(|one| one.role == PropertyRole::Assert).collect();
+        let all = net.properties.iter().enumerate();
+        let asserts: Vec<(usize, &Property)> =
+            all.filter(|(_, one)| one.role == PropertyRole::Assert).collect();
         let is_seen = |leaf: &PropertyLeaf| match leaf {
             PropertyLeaf::Output(_) => true,
             PropertyLeaf::Net(leaf) => {
                 matches!(leaf, Leaf::Input(_) | Leaf::Active(_) | Leaf::Var(_))
             }
         };
-        if let Some(one) = asserts.iter().find(|one| !one.never.leaves().all(is_seen)) {
+        if let Some((_, one)) = asserts.iter().find(|(_, one)| !one.never.leaves().all(is_seen)) {
             let name = if one.name.is_empty() { "an assert" } else { one.name.as_str() };
             let why = format!(
                 "{name} reads a time or an edge, which parts that run on their own do not share"
@@ -187,7 +180,7 @@ impl<'n> Search<'n> {
         let first = Rest { whole: self.whole.state().clone(), moment: self.parts.reset(), inputs };
         let start = self.parts.seen(&first.moment);
         if seen(self.whole.row(), net.steps.len()) != start {
-            return Err(self.race("row 0 differs", None, Vec::new()));
+            return Err(self.race(Unlike::Reset, None, Vec::new()));
         }
         self.episode(&first, None, Episode::default())?;
         let mut changed: BTreeSet<InputId> = BTreeSet::new();
@@ -237,8 +230,15 @@ impl<'n> Search<'n> {
         let runs = match self.runs(rest, &start, episode) {
             Ok(runs) => runs,
             Err(NoRest::Never) => {
-                let words = self.words(rest, episode, &[Event::Change]);
-                return Err(self.race("the chart itself does not come to rest", from, words));
+                let change = episode.change.map(|(input, value)| Event::Change(input, value));
+                let part = self.division.parts.len().saturating_sub(1);
+                let takes = vec![0; self.parts.under_way(&rest.moment, part).count()];
+                let tick = episode.tick.then_some(Event::React { part, takes, tick: true });
+                return Err(self.race(
+                    Unlike::NetMoves,
+                    from,
+                    change.into_iter().chain(tick).collect(),
+                ));
             }
             Err(NoRest::TooMany) => {
                 let why = "an episode has too many orders of tick and change".to_owned();
@@ -258,29 +258,24 @@ impl<'n> Search<'n> {
             let inputs = episode.inputs(rest, !point.change_left);
             let mut stop = Ok(());
             if let Some(one) = self.broken(&point.moment, &inputs) {
-                stop = Err((format!("{one} does not hold"), None));
+                stop = Err((Unlike::Assert(one), None));
             }
             let mut next = Vec::new();
             if stop.is_ok() {
                 stop = self.follow(&point, episode, &runs, &mut next);
             }
             if let Err((what, last)) = stop {
-                let words = self.words(rest, episode, &ways.trace(at, last));
-                return Err(self.race(&what, from, words));
+                return Err(self.race(what, from, ways.trace(at, last)));
             }
             if next.is_empty() {
-                let words = self.words(rest, episode, &ways.trace(at, None));
-                self.rest(&point, &runs, (from, inputs), words)?;
+                self.rest(&point, &runs, (from, inputs), ways.trace(at, None))?;
             }
             ways.add(at, next);
             at += 1;
         }
         match ways.longest() {
-            Some(n) => self.longest = self.longest.max(n),
-            None => {
-                let words = self.words(rest, episode, &[]);
-                return Err(self.race("the parts may not come to rest", from, words));
-            }
+            Ok(n) => self.longest = self.longest.max(n),
+            Err(at) => return Err(self.race(Unlike::PartsMove, from, ways.trace(at, None))),
         }
         Ok(())
     }
@@ -305,13 +300,13 @@ impl<'n> Search<'n> {
         episode: Episode,
         runs: &[Run],
         next: &mut Vec<(Event, Point)>,
-    ) -> Result<(), (String, Option<Event>)> {
+    ) -> Result<(), (Unlike, Option<Event>)> {
         let before = self.parts.seen(&point.moment);
         for (event, mut follower) in self.events(point, episode) {
             let after = self.parts.seen(&follower.moment);
             if let Err(object) = advance(&mut follower, runs, &before, &after) {
-                let what = self.unlike(object, after.get(object).copied().unwrap_or(0));
-                return Err((what, Some(event)));
+                let value = after.get(object).copied().unwrap_or(0);
+                return Err((Unlike::Becomes(object, value), Some(event)));
             }
             if follower != *point {
                 next.push((event, follower));
@@ -326,7 +321,7 @@ impl<'n> Search<'n> {
         point: &Point,
         runs: &[Run],
         (from, inputs): (Option<usize>, Vec<i64>),
-        words: Vec<String>,
+        events: Vec<Event>,
     ) -> Result<(), Stop> {
         let is_complete = |run: &Run| {
             run.changes.iter().zip(&point.taken).all(|(all, taken)| all.len() == *taken as usize)
@@ -339,23 +334,18 @@ impl<'n> Search<'n> {
                 all.find_map(|(object, (all, taken))| Some((object, *all.get(*taken as usize)?)))
             });
             let what = match open.into_iter().next() {
-                Some((object, value)) => {
-                    format!(
-                        "{} does not become {value}, as it does in the chart",
-                        self.object(object)
-                    )
-                }
-                None => "the parts come to rest elsewhere".to_owned(),
+                Some((object, value)) => Unlike::Missing(object, value),
+                None => Unlike::Rest,
             };
-            return Err(self.race(&what, from, words));
+            return Err(self.race(what, from, events));
         }
         // Any of these runs is a witness; the one whose stored values are those of the parts is also one for the next episodes.
         let mut best: Option<(usize, &Run)> = None;
-        let mut wrong = String::new();
+        let mut wrong = None;
         for run in complete {
             self.whole.set_state(&run.end);
             if let Some(var) = self.other_variable(&point.moment) {
-                wrong = var;
+                wrong = Some(var);
                 continue;
             }
             let n = self.parts.differences(&point.moment, &self.whole);
@@ -364,12 +354,11 @@ impl<'n> Search<'n> {
             }
         }
         let Some((_, run)) = best else {
-            let what = format!("{wrong} has another value than in the chart");
-            return Err(self.race(&what, from, words));
+            return Err(self.race(wrong.map_or(Unlike::Rest, Unlike::Variable), from, events));
         };
         let rest = Rest { whole: run.end.clone(), moment: point.moment.clone(), inputs };
         if self.rests.insert(rest) {
-            self.from.push(from.map(|from| (from, words)));
+            self.from.push((from, events));
             if self.rests.len() > self.limits.states {
                 let reason = OpenReason::States { limit: self.limits.states };
                 return Err(Stop::Open(Open::because(reason)));
@@ -379,19 +368,20 @@ impl<'n> Search<'n> {
     }
 
     /// A variable whose value differs from that of the net, whose simulator has the state to compare with.
-    fn other_variable(&mut self, moment: &Moment) -> Option<String> {
-        for (id, var) in self.net.vars.iter() {
-            for index in 0..var.len.unwrap_or(1) {
-                if self.parts.var(moment, id, index) != self.whole.var(id, index) {
-                    return Some(format!("variable `{}`", var.name));
-                }
-            }
-        }
-        None
+    fn other_variable(&mut self, moment: &Moment) -> Option<VarId> {
+        let net = self.net;
+        let mut all = net
+            .vars
+            .iter()
+            .flat_map(|(id, var)| (0..var.len.unwrap_or(1)).map(move |index| (id, index)));
+        let differs = |(id, index): &(VarId, u32)| {
+            self.parts.var(moment, *id, *index) != self.whole.var(*id, *index)
+        };
+        all.find(differs).map(|(id, _)| id)
     }
 
-    /// An assert that does not hold.
-    fn broken(&mut self, moment: &Moment, inputs: &[i64]) -> Option<String> {
+    /// The place of an assert that does not hold.
+    fn broken(&mut self, moment: &Moment, inputs: &[i64]) -> Option<usize> {
         if self.asserts.is_empty() {
             return None;
         }
@@ -410,9 +400,8 @@ impl<'n> Search<'n> {
             // `new` accepts no other ones.
             PropertyLeaf::Net(_) => 0,
         };
-        let broken = self.asserts.iter().find(|one| one.never.eval(&mut value) != 0)?;
-        let name = &broken.name;
-        Some(if name.is_empty() { "an assert".to_owned() } else { format!("assert `{name}`") })
+        let mut broken = self.asserts.iter().filter(|(_, one)| one.never.eval(&mut value) != 0);
+        broken.next().map(|(at, _)| *at)
     }
 
     /// Everything that can happen at a point, before what is seen then is compared.
@@ -421,7 +410,7 @@ impl<'n> Search<'n> {
         if let (true, Some((input, value))) = (point.change_left, episode.change) {
             let mut next = Point { change_left: false, ..point.clone() };
             self.parts.change(&mut next.moment, input, value);
-            all.push((Event::Change, next));
+            all.push((Event::Change(input, value), next));
         }
         let cpu = self.division.parts.len().saturating_sub(1);
         for part in 0..self.division.parts.len() {
@@ -433,7 +422,7 @@ impl<'n> Search<'n> {
                     let moment = self.parts.react(&point.moment, part, &takes, u32::from(tick));
                     let tick_left = point.tick_left && !tick;
                     let next = Point { moment, tick_left, ..point.clone() };
-                    all.push((Event::React(part, takes.clone(), tick), next));
+                    all.push((Event::React { part, takes: takes.clone(), tick }, next));
                 }
             }
         }
@@ -516,84 +505,16 @@ impl<'n> Search<'n> {
         Err(NoRest::Never)
     }
 
-    /// The name of an output, a step, or the fault.
-    fn object(&self, object: usize) -> String {
-        let n_outputs = self.net.outputs.len();
-        let output = self.net.outputs.values().nth(object);
-        let step = object.checked_sub(n_outputs).and_then(|at| self.net.steps.values().nth(at));
-        match (output, step) {
-            (Some(output), _) => format!("output `{}`", output.name),
-            (None, Some(step)) => format!("step `{}`", step.name),
-            (None, None) => "the fault".to_owned(),
-        }
-    }
-
-    /// A value that no run of the net has there.
-    fn unlike(&self, object: usize, value: i64) -> String {
-        if object < self.net.outputs.len() {
-            return format!("{} becomes {value}, unlike in the chart", self.object(object));
-        }
-        let becomes = if value == 0 { "inactive" } else { "active" };
-        format!("{} becomes {becomes}, unlike in the chart", self.object(object))
-    }
-
-    /// An episode in words.
-    fn words(&mut self, rest: &Rest, episode: Episode, events: &[Event]) -> Vec<String> {
-        let mut words = Vec::new();
-        let mut moment = rest.moment.clone();
-        for event in events {
-            match event {
-                Event::Change => {
-                    let Some((input, value)) = episode.change else { continue };
-                    self.parts.change(&mut moment, input, value);
-                    words.push(format!("input `{}` becomes {value}", self.net.inputs[input].name));
-                }
-                Event::React(part, takes, tick) => {
-                    let before = self.parts.seen(&moment);
-                    let next = self.parts.react(&moment, *part, takes, u32::from(*tick));
-                    let after = self.parts.seen(&next);
-                    let Some(data) = self.division.parts.get(*part) else { continue };
-                    let mut text = format!("`{}` reacts", data.name);
-                    if *tick {
-                        text += " to a tick";
-                    }
-                    let read: Vec<String> = (data.net.inputs.values())
-                        .zip(self.parts.taken(&next, *part))
-                        .zip(takes)
-                        .filter(|(_, takes)| **takes > 0)
-                        .map(|((input, value), _)| format!("{} {value}", input.name))
-                        .collect();
-                    if !read.is_empty() {
-                        text += &format!(", reads {}", read.join(", "));
-                    }
-                    let news: Vec<String> = (0..)
-                        .zip(before.iter().zip(&after))
-                        .filter(|(_, (old, new))| old != new)
-                        .map(|(object, (_, new))| format!("{} {new}", self.object(object)))
-                        .collect();
-                    if !news.is_empty() {
-                        text += &format!(": {}", news.join(", "));
-                    }
-                    words.push(text);
-                    moment = next;
-                }
-            }
-        }
-        words
-    }
-
-    /// A race, with the way from the start to the rest, and then these words.
-    fn race(&self, what: &str, from: Option<usize>, words: Vec<String>) -> Stop {
-        let mut episodes = vec![words];
+    /// A race, with the way from the start to the rest, and then these events.
+    fn race(&self, what: Unlike, from: Option<usize>, events: Vec<Event>) -> Stop {
+        let mut episodes = vec![events];
         let mut at = from;
-        while let Some((before, words)) =
-            at.and_then(|at| self.from.get(at)).and_then(Option::as_ref)
-        {
-            episodes.push(words.clone());
-            at = Some(*before);
+        while let Some((before, events)) = at.and_then(|at| self.from.get(at)) {
+            episodes.push(events.clone());
+            at = *before;
         }
         episodes.reverse();
-        Stop::Race(Race { what: what.to_owned(), trace: episodes.concat() })
+        Stop::Race(Race { what, episodes })
     }
 }
 
@@ -633,64 +554,4 @@ fn advance(point: &mut Point, runs: &[Run], before: &[i64], after: &[i64]) -> Re
         *taken += 1;
     }
     Ok(())
-}
-
-/// The points of an episode.
-struct Ways {
-    /// Each point with the one before it on a shortest way, and what happens between them.
-    points: IndexMap<Point, Option<(usize, Event)>>,
-    /// For each point that was followed, the next points, each with the number of reactions in between, 0 or 1.
-    followers: Vec<Vec<(usize, usize)>>,
-}
-
-impl Ways {
-    fn new(first: Point) -> Self {
-        Ways { points: [(first, None)].into_iter().collect(), followers: Vec::new() }
-    }
-
-    fn point(&self, at: usize) -> Option<Point> {
-        self.points.get_index(at).map(|(point, _)| point.clone())
-    }
-
-    fn add(&mut self, at: usize, next: Vec<(Event, Point)>) {
-        let mut followers = Vec::new();
-        for (event, point) in next {
-            let reactions = usize::from(matches!(event, Event::React(..)));
-            let entry = self.points.entry(point);
-            followers.push((entry.index(), reactions));
-            entry.or_insert(Some((at, event)));
-        }
-        self.followers.push(followers);
-    }
-
-    /// The events of a shortest way to a point, and then a last one.
-    fn trace(&self, mut at: usize, last: Option<Event>) -> Vec<Event> {
-        let mut events: Vec<Event> = last.into_iter().collect();
-        while let Some((_, Some((before, event)))) = self.points.get_index(at) {
-            events.push(event.clone());
-            at = *before;
-        }
-        events.reverse();
-        events
-    }
-
-    /// The largest number of reactions on a way; `None` if there is a cycle.
-    fn longest(&self) -> Option<usize> {
-        let mut open = vec![0_usize; self.followers.len()];
-        self.followers.iter().flatten().for_each(|(to, _)| open[*to] += 1);
-        let mut ready: Vec<usize> = (0..open.len()).filter(|at| open[*at] == 0).collect();
-        let (mut reactions, mut done, mut most) = (vec![0; open.len()], 0, 0);
-        while let Some(at) = ready.pop() {
-            done += 1;
-            most = most.max(reactions[at]);
-            for (to, more) in &self.followers[at] {
-                reactions[*to] = reactions[*to].max(reactions[at] + more);
-                open[*to] -= 1;
-                if open[*to] == 0 {
-                    ready.push(*to);
-                }
-            }
-        }
-        (done == self.followers.len()).then_some(most)
-    }
 }
