@@ -164,6 +164,13 @@ impl Aig {
                     if d == small {
                         return self.and(small, !c);
                     }
+                    // `(s and x or y) and not s`, as where something begins: only y is left.
+                    if self.excludes(!c, small) {
+                        return self.and(small, !d);
+                    }
+                    if self.excludes(!d, small) {
+                        return self.and(small, !c);
+                    }
                 }
             }
         }
@@ -174,6 +181,14 @@ impl Aig {
         self.nodes.push(Node::And(a, b));
         self.table.insert((a, b), lit);
         lit
+    }
+
+    /// True if a conjunction has the negation of another function as an operand.
+    fn excludes(&self, conjunction: Lit, other: Lit) -> bool {
+        match self.nodes[conjunction.node()] {
+            Node::And(p, q) => !conjunction.is_negated() && (p == !other || q == !other),
+            Node::Constant | Node::Variable => false,
+        }
     }
 
     pub(crate) fn or(&mut self, a: Lit, b: Lit) -> Lit {

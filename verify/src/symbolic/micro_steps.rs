@@ -51,8 +51,16 @@ impl Maker<'_> {
         let limit = self.limit();
         let Run { running, fresh, count, .. } = self.run.clone();
         let is_last = self.equals(&count, limit as usize);
-        let selects = self.micro_step(state, (running, fresh), is_last)?;
+        let (chosen, selects) = self.checked(state, running, fresh)?;
         let fires = self.aig.and(selects, !is_last);
+        // The loop of a program has this shape too: it makes the whole micro-step under one condition. So most functions are equal without a solver.
+        let (before, n_calls) = (state.clone(), self.calls.len());
+        self.fire(state, &chosen)?;
+        state.keep_unless(&mut self.aig, fires, &before);
+        for call in self.calls.iter_mut().skip(n_calls) {
+            call.when = self.aig.and(fires, call.when);
+        }
+        self.take_raised(state);
         let more = Number::arith(&mut self.aig, ArithOp::Add, &count, &Number::constant(1));
         let code = more.code(&mut self.aig, 0, u32::BITS - limit.leading_zeros());
         let more = Number::from_code(&mut self.aig, &code, 0);

@@ -441,18 +441,7 @@ impl<'n> Maker<'n> {
         (running, fresh): (Lit, Lit),
         is_last: Lit,
     ) -> Result<Lit, Unsupported> {
-        let net = self.net;
-        let now: Vec<Lit> =
-            net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
-        let chosen = self.check(state, &now, fresh)?;
-        let any = self.aig.or_all(chosen.iter().copied());
-        for (edge, now) in now.iter().enumerate() {
-            if !self.over_inputs[edge] {
-                // The operand is compared in this check, whether or not something fires; firings below do not change the compared value.
-                state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
-            }
-        }
-        let selects = self.aig.and(running, any);
+        let (chosen, selects) = self.checked(state, running, fresh)?;
         let may_fire = self.aig.and(running, !is_last);
         if may_fire == Lit::FALSE {
             return Ok(selects);
@@ -467,14 +456,40 @@ impl<'n> Maker<'n> {
         };
         self.fire(state, &fires)?;
         self.fired.push(fires);
-        if net.settings.evolution != Evolution::Single {
-            for event in 0..state.raised.len() {
-                // If nothing fired, nothing was raised, and no further check reads the event.
-                self.events[event] = state.raised[event];
-                state.raised[event] = Lit::FALSE;
-            }
+        if self.net.settings.evolution != Evolution::Single {
+            self.take_raised(state);
         }
         Ok(selects)
+    }
+
+    /// The events that were raised are those of the next check.
+    pub(super) fn take_raised(&mut self, state: &mut State) {
+        for event in 0..state.raised.len() {
+            // If nothing fired, nothing was raised, and no further check reads the event.
+            self.events[event] = state.raised[event];
+            state.raised[event] = Lit::FALSE;
+        }
+    }
+
+    /// A check: the transitions that it selects if the evolution is `running`, and whether there is one.
+    pub(super) fn checked(
+        &mut self,
+        state: &mut State,
+        running: Lit,
+        fresh: Lit,
+    ) -> Result<(Vec<Lit>, Lit), Unsupported> {
+        let net = self.net;
+        let now: Vec<Lit> =
+            net.edges.values().map(|operand| self.flag(state, &operand.expr)).collect();
+        let chosen = self.check(state, &now, fresh)?;
+        let any = self.aig.or_all(chosen.iter().copied());
+        for (edge, now) in now.iter().enumerate() {
+            if !self.over_inputs[edge] {
+                // The operand is compared in this check, whether or not something fires; firings below do not change the compared value.
+                state.old[edge] = self.aig.ite(running, *now, state.old[edge]);
+            }
+        }
+        Ok((chosen, self.aig.and(running, any)))
     }
 
     /// CHECK of semantics §3.9: for each transition, whether it is in F'.
@@ -574,7 +589,7 @@ impl<'n> Maker<'n> {
     }
 
     /// FIRE of semantics §3.9.
-    fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
+    pub(super) fn fire(&mut self, state: &mut State, fires: &[Lit]) -> Result<(), Unsupported> {
         let net = self.net;
         let n = net.steps.len();
         let before = state.active.clone();

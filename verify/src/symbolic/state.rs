@@ -427,6 +427,38 @@ impl Shape {
     }
 }
 
+impl State {
+    /// Undoes what a micro-step outside statecharts has changed since an earlier state, unless the condition is true.
+    pub(crate) fn keep_unless(&mut self, aig: &mut Aig, condition: Lit, before: &State) {
+        let mut flag = |new: &mut Lit, old: &Lit| *new = aig.ite(condition, *new, *old);
+        let flags = [(&mut self.active, &before.active), (&mut self.raised, &before.raised)];
+        for (new, old) in flags {
+            new.iter_mut().zip(old).for_each(|(new, old)| flag(new, old));
+        }
+        self.older.iter_mut().zip(before.older.values()).for_each(|((_, new), old)| flag(new, old));
+        let numbers = [
+            (&mut self.elapsed, &before.elapsed),
+            (&mut self.last_elapsed, &before.last_elapsed),
+            (&mut self.task, &before.task),
+        ];
+        for (new, old) in numbers.into_iter().flat_map(|(new, old)| new.iter_mut().zip(old)) {
+            if let (Some(new), Some(old)) = (new, old) {
+                *new = Number::select(aig, condition, new, old);
+            }
+        }
+        for (new, old) in self.vars.iter_mut().zip(&before.vars) {
+            for (new, old) in new.iter_mut().zip(old) {
+                *new = match (&*new, old) {
+                    (Value::Number(new), Value::Number(old)) => {
+                        Value::Number(Number::select(aig, condition, new, old))
+                    }
+                    (new, old) => Value::Flag(aig.ite(condition, new.flag(), old.flag())),
+                };
+            }
+        }
+    }
+}
+
 /// True for transitions that can compete (semantics §3.2: reactions never do).
 pub(crate) fn is_move(net: &Net, transition: grafsynth_ir::net::TransitionId) -> bool {
     net.transitions[transition].kind == TransitionKind::Move

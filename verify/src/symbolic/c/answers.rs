@@ -1,5 +1,6 @@
 //! Answers to the questions of an attempt, by construction or by the solver.
 
+use batsat::lbool;
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -18,6 +19,7 @@ use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::cofactor::Residue;
 use crate::symbolic::reach::initial;
 use crate::symbolic::stuck::{StateBit, stuck};
+use crate::symbolic::sweep::Query;
 
 /// The maximum number of conflicts for all questions about one reaction, and of graph nodes for all questions of a proof.
 const ALL_CONFLICTS: u64 = 20_000;
@@ -80,7 +82,6 @@ impl Attempt<'_> {
         conflicts: u64,
         total: &mut Induction,
     ) -> Option<String> {
-        let is_obligation = matches!(check.question, Question::Obligation(..));
         if check.broken == Lit::FALSE {
             total.same += 1;
             return None;
@@ -95,8 +96,7 @@ impl Attempt<'_> {
         let what = self.describe(&check.question);
         match answer {
             Some(None) => {
-                total.solved += usize::from(!is_obligation);
-                total.obligations += usize::from(is_obligation);
+                total.add_solved(check);
                 None
             }
             Some(Some(bits)) => {
@@ -150,6 +150,26 @@ impl Attempt<'_> {
         most: usize,
         total: &mut Induction,
     ) -> bool {
+        let limits = Limits { conflicts: FEW_CONFLICTS, ..self.of.limits.clone() };
+        let is_false = |this: &mut Self, broken: Lit, case: &[Lit]| {
+            this.program.aig.spent() <= ALL_CONFLICTS
+                && this.with_model(|this| this.reachable(broken, case, &limits)) == Some(None)
+        };
+        if !self.each_case(split, most, total, is_false) {
+            return false;
+        }
+        total.add_solved(check);
+        true
+    }
+
+    /// True if what is left of a check is false in each of its cases, each given by the literals of its steps that are true.
+    fn each_case(
+        &mut self,
+        split: &Split,
+        most: usize,
+        total: &mut Induction,
+        mut is_false: impl FnMut(&mut Self, Lit, &[Lit]) -> bool,
+    ) -> bool {
         let Split { cases, residue: Some(residue), .. } = split else { return false };
         let is_variable = |lit: &Lit| self.model.name_of.contains_key(lit);
         if !cases.variables.iter().all(is_variable) {
@@ -163,26 +183,35 @@ impl Attempt<'_> {
             }
         }
         total.split = total.split.saturating_add(left);
-        if total.split > ALL_SPLIT_NODES {
-            return false;
-        }
-        let limits = Limits { conflicts: FEW_CONFLICTS, ..self.of.limits.clone() };
-        for (case, broken) in residue {
-            if self.program.aig.spent() > ALL_CONFLICTS {
-                return false;
+        total.split <= ALL_SPLIT_NODES
+            && residue.iter().all(|(case, broken)| {
+                let active = cases.active[*case];
+                let case: Vec<Lit> =
+                    cases.variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
+                is_false(self, *broken, &case)
+            })
+    }
+
+    /// The checks that the cases of a component do not answer, under what is assumed in a query.
+    pub(super) fn unsettled_in_cases(
+        &mut self,
+        checks: Vec<Check>,
+        query: &mut Query,
+        total: &mut Induction,
+    ) -> Vec<Check> {
+        let mut hard = Vec::new();
+        let splits = self.splits(&checks);
+        for (check, split) in checks.into_iter().zip(splits) {
+            let is_false = |this: &mut Self, broken: Lit, case: &[Lit]| {
+                let all: Vec<Lit> = case.iter().copied().chain([broken]).collect();
+                query.solve(&this.program.aig, &all, FEW_CONFLICTS) == lbool::FALSE
+            };
+            match split.filter(|split| self.each_case(split, SPLIT_NODES, total, is_false)) {
+                Some(_) => total.add_solved(&check),
+                None => hard.push(check),
             }
-            let active = cases.active[*case];
-            let case: Vec<Lit> =
-                cases.variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
-            let answer = self.with_model(|this| this.reachable(*broken, &case, &limits));
-            if !matches!(answer, Some(None)) {
-                return false;
-            }
         }
-        let is_obligation = matches!(check.question, Question::Obligation(..));
-        total.solved += usize::from(!is_obligation);
-        total.obligations += usize::from(is_obligation);
-        true
+        hard
     }
 
     /// Whether a condition can be true in a case (literals of steps that are true), as far as is known: a point where it is true, or `None`. If there is such a

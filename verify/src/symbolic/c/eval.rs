@@ -379,15 +379,23 @@ impl<'u> Program<'u> {
         let mut earlier = Vec::new();
         let last = self.operands(is_and, all, memory, &mut earlier);
         self.here = before;
-        let mut result = last?;
+        let (mut conjunction, mut values) = (last?, Vec::new());
         for Earlier { value, goes_on, memory: own, start } in earlier.into_iter().rev() {
             let later = std::mem::replace(memory, own);
             if !later.is_same(&start) {
                 self.join(!goes_on, memory, later);
             }
-            result = if is_and { self.aig.and(value, result) } else { self.aig.or(value, result) };
+            match is_and {
+                true => conjunction = self.aig.and(value, conjunction),
+                false => values.push(value),
+            }
         }
-        Ok(result)
+        // The other side makes such disjunctions too: of any transition, of the steps of an output.
+        Ok(if is_and {
+            conjunction
+        } else {
+            self.aig.or_all(values.into_iter().chain([conjunction]))
+        })
     }
 
     /// Evaluates operands up to one that decides the chain. Returns the value of the last one, after which `memory` is that of its path.

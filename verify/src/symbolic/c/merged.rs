@@ -9,7 +9,7 @@ use grafsynth_sim::Random;
 
 use super::Induction;
 use super::attempt::Attempt;
-use super::question::{Check, Question};
+use super::question::Check;
 use crate::limits::Limits;
 use crate::symbolic::aig::{Lit, word_of};
 use crate::symbolic::sweep::{Answer, Sweep};
@@ -71,14 +71,12 @@ impl Attempt<'_> {
         let Some(mut sweep) = Sweep::new(aig, &assumed, &patterns, &limits) else { return checks };
         let mut unproved = Vec::new();
         for check in checks {
-            let is_obligation = matches!(check.question, Question::Obligation(..));
             if !matches!(sweep.equal(check.broken, Lit::FALSE), Answer::Equal) {
                 unproved.push(check);
             } else if check.broken == Lit::FALSE {
                 total.same += 1;
             } else {
-                total.solved += usize::from(!is_obligation);
-                total.obligations += usize::from(is_obligation);
+                total.add_solved(&check);
             }
         }
         unproved

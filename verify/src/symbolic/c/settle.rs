@@ -4,7 +4,7 @@ use batsat::lbool;
 
 use super::Induction;
 use super::attempt::Attempt;
-use super::question::{Check, Question};
+use super::question::Check;
 use crate::symbolic::aig::Lit;
 use crate::symbolic::sweep::Query;
 
@@ -61,6 +61,7 @@ impl Attempt<'_> {
             query.assert(&self.program.aig, clause);
         }
         let hard = self.unsettled(checks.to_vec(), &mut query, QUICK, total)?;
+        let hard = self.unsettled_in_cases(hard, &mut query, total);
         if hard.is_empty() {
             return Ok(());
         }
@@ -86,7 +87,6 @@ impl Attempt<'_> {
         let mut left = conflicts.saturating_mul(EFFORT);
         let mut hard = Vec::new();
         for check in checks {
-            let is_obligation = matches!(check.question, Question::Obligation(..));
             if check.broken == Lit::FALSE {
                 total.same += 1;
                 continue;
@@ -94,8 +94,7 @@ impl Attempt<'_> {
             let answer = query.solve(&self.program.aig, &[check.broken], conflicts.min(left));
             left = left.saturating_sub(query.spent());
             if answer == lbool::FALSE {
-                total.solved += usize::from(!is_obligation);
-                total.obligations += usize::from(is_obligation);
+                total.add_solved(&check);
             } else if answer == lbool::TRUE {
                 let what = self.describe(&check.question);
                 let bits: Vec<Lit> =
