@@ -124,6 +124,7 @@ impl<'a> Parser<'a> {
             Kind::Minus => (Infix::Arith(ArithOp::Sub), Level::Add),
             Kind::Star => (Infix::Arith(ArithOp::Mul), Level::Mul),
             Kind::Slash => (Infix::Arith(ArithOp::Div), Level::Mul),
+            Kind::PercentSign => (Infix::Arith(ArithOp::Mod), Level::Mul),
             Kind::MiddleDot => (Infix::Dot, Level::Mul),
             _ => return None,
         })

@@ -140,6 +140,7 @@ impl<'a> Lexer<'a> {
             (b'|', b'|') => return self.of_c(Kind::OrSign, 2, error),
             (b'|', _) => return self.of_c(Kind::OrSign, 1, error),
             (b'!', _) => return self.of_c(Kind::NotSign, 1, error),
+            (b'%', _) => return self.of_c(Kind::PercentSign, 1, error),
             (b'@', _) => (Kind::At, 1),
             (b'(', _) => (Kind::Open, 1),
             (b')', _) => (Kind::Close, 1),

@@ -708,6 +708,7 @@ fn lex_finding(text: &str, file: FileId, error: LexError) -> Diagnostic {
             let (help, word) = match shown {
                 "!" => ("write `not`, or `/` before a name", "not "),
                 "&&" => ("write `and`", "and"),
+                "%" => ("write `mod`", "mod"),
                 _ => ("write `or`", "or"),
             };
             Diagnostic::error(codes::CHARACTER, format!("unknown operator `{shown}`"))

@@ -94,6 +94,8 @@ pub(crate) enum Kind {
     AndSign,
     /// `∨`
     OrSign,
+    /// `%`, which is reported.
+    PercentSign,
     /// `|-`, used in rules text.
     Yields,
     /// `@`, used in rules text.
