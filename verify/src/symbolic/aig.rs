@@ -108,6 +108,16 @@ impl<T: Copy> OfNodes<T> {
     }
 }
 
+/// The values of 6 variables for all their 64 combinations.
+const TRUTH_TABLE: [u64; 6] = [
+    0xAAAA_AAAA_AAAA_AAAA,
+    0xCCCC_CCCC_CCCC_CCCC,
+    0xF0F0_F0F0_F0F0_F0F0,
+    0xFF00_FF00_FF00_FF00,
+    0xFFFF_0000_FFFF_0000,
+    0xFFFF_FFFF_0000_0000,
+];
+
 /// The graph.
 #[derive(Debug, Clone)]
 pub(crate) struct Aig {
@@ -307,6 +317,42 @@ impl Aig {
             }
         }
         Some(order)
+    }
+
+    /// True if a small function, of at most 6 variables, is false for all their values. That is faster than to set up a solver.
+    pub(crate) fn is_never_true(&self, root: Lit) -> bool {
+        const MOST_NODES: usize = 500;
+        let mut values: BTreeMap<usize, u64> = BTreeMap::new();
+        let mut columns = TRUTH_TABLE.into_iter();
+        let mut todo = vec![root.node()];
+        while let Some(&node) = todo.last() {
+            let value = match self.nodes[node] {
+                _ if values.contains_key(&node) => None,
+                Node::Constant => Some(0),
+                Node::Variable => match columns.next() {
+                    Some(column) => Some(column),
+                    None => return false,
+                },
+                Node::And(a, b) => {
+                    let of = |lit: Lit| {
+                        let value = values.get(&lit.node())?;
+                        Some(if lit.is_negated() { !value } else { *value })
+                    };
+                    if let (Some(a), Some(b)) = (of(a), of(b)) {
+                        Some(a & b)
+                    } else {
+                        todo.extend([a.node(), b.node()]);
+                        if todo.len() + values.len() > MOST_NODES {
+                            return false;
+                        }
+                        continue;
+                    }
+                }
+            };
+            todo.pop();
+            values.extend(value.map(|value| (node, value)));
+        }
+        values.get(&root.node()) == Some(&if root.is_negated() { !0 } else { 0 })
     }
 
     /// The number of nodes of a function, if it is at most `limit`.

@@ -86,6 +86,10 @@ impl Attempt<'_> {
             total.same += 1;
             return None;
         }
+        if self.program.aig.is_never_true(check.broken) {
+            total.add_solved(check);
+            return None;
+        }
         total.work = total.work.saturating_add(self.size(check));
         if self.program.aig.spent() > ALL_CONFLICTS || total.work > ALL_NODES {
             return Some("the solver reached the limit for the total of all questions".to_owned());
@@ -188,7 +192,7 @@ impl Attempt<'_> {
                 let active = cases.active[*case];
                 let case: Vec<Lit> =
                     cases.variables.iter().map(|lit| lit.negate_if(*lit != active)).collect();
-                is_false(self, *broken, &case)
+                self.program.aig.is_never_true(*broken) || is_false(self, *broken, &case)
             })
     }
 
