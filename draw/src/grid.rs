@@ -11,11 +11,20 @@ pub(crate) enum Axis {
     Right,
 }
 
-/// A place between two pages, with the links that cross it in order: where on the cut, and the step.
+/// A part of a link: its place across the axis, its step, and its first and last place along the axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Link<'a> {
+    pub(crate) place: i64,
+    pub(crate) step: &'a str,
+    pub(crate) from: i64,
+    pub(crate) to: i64,
+}
+
+/// A place between two pages, with the links that cross it in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Cut<'a> {
     pub(crate) at: i64,
-    pub(crate) links: Vec<(i64, &'a str)>,
+    pub(crate) links: Vec<Link<'a>>,
 }
 
 impl Axis {
@@ -28,12 +37,12 @@ impl Axis {
         }
     }
 
-    /// The place, range and step of a part of a link that leads along the axis.
-    pub(crate) fn link(self, mark: &Mark) -> Option<(i64, Range<i64>, &str)> {
+    /// The part of a link that a mark is, if it leads along the axis.
+    pub(crate) fn link(self, mark: &Mark) -> Option<Link<'_>> {
         let step = mark.link.as_deref()?;
         let [(from, to), (place, other)] = self.extent(mark);
         let is_line = matches!(mark.shape, Shape::Line { .. });
-        (is_line && place == other).then_some((place, from..to, step))
+        (is_line && place == other).then_some(Link { place, step, from, to })
     }
 }
 
@@ -46,20 +55,21 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
     let here: Vec<&Mark> = picture.marks.iter().filter(is_here).collect();
     let places = free_places(&here, axis);
     let mut cuts: Vec<Cut<'_>> = places.iter().map(|at| Cut { at: *at, links: vec![] }).collect();
-    for (place, range, step) in here.iter().filter_map(|mark| axis.link(mark)) {
-        let first = places.partition_point(|at| *at <= range.start);
-        let last = places.partition_point(|at| *at < range.end);
+    for link in here.iter().filter_map(|mark| axis.link(mark)) {
+        let first = places.partition_point(|at| *at <= link.from);
+        let last = places.partition_point(|at| *at < link.to);
         for cut in cuts.get_mut(first..last).unwrap_or_default() {
-            cut.links.push((place, step));
+            cut.links.push(link);
         }
     }
     for cut in &mut cuts {
         cut.links.sort_unstable();
         // Both lines of a double line have one mark, between them.
-        cut.links.dedup_by(|(place, step), (first, other)| {
-            let is_double = axis == Axis::Right && *place - *first == 2 * HALF;
-            *first += if is_double && step == other { HALF } else { 0 };
-            step == other && (is_double || place == first)
+        cut.links.dedup_by(|link, first| {
+            let is_double = axis == Axis::Right && link.place - first.place == 2 * HALF;
+            let is_same = link.step == first.step && (is_double || link.place == first.place);
+            first.place += if is_same { (link.place - first.place) / 2 } else { 0 };
+            is_same
         });
     }
     cuts
@@ -91,43 +101,38 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<i64> {
 /// The price of a division: by how much parts are too long, the number of links cut and of parts, and how unequal the parts are.
 type Cost = (i64, usize, i64);
 
-/// Chooses the cuts that divide a length into parts of at most `room` and cut the fewest links. `size` is the length of the part between two cuts with its
-/// marks. A part without a place for a cut is longer.
+/// Chooses the cuts that divide a length into parts of at most `room` and cut the fewest links. `part` has the length of a part between two cuts with its marks, and
+/// the number of links that are cut at its end. A part without a place for a cut is longer.
 pub(crate) fn division<'a>(
     cuts: &[Cut<'a>],
     length: i64,
     room: i64,
-    size: impl Fn(Option<&Cut<'a>>, Option<&Cut<'a>>, i64) -> i64,
+    part: impl Fn(&Cut<'a>, &Cut<'a>) -> (i64, usize),
 ) -> Vec<Cut<'a>> {
-    // The best division of what is before each cut, and the cut before it; the last one is that of the whole.
-    let mut best: Vec<(Cost, Option<usize>)> = Vec::with_capacity(cuts.len() + 1);
-    for end in 0..=cuts.len() {
-        let cut = cuts.get(end);
-        let at = cut.map_or(length, |cut| cut.at);
-        let mut choice: Option<(Cost, Option<usize>)> = None;
-        for start in (0..=end).rev() {
-            let before = start.checked_sub(1);
-            let first = before.and_then(|index| cuts.get(index));
-            let net = at - first.map_or(0, |cut| cut.at);
+    let border = |at| Cut { at, links: Vec::new() };
+    let cuts: Vec<Cut<'a>> =
+        [border(0)].into_iter().chain(cuts.iter().cloned()).chain([border(length)]).collect();
+    // The best division of what is before each cut, and the cut before it.
+    let mut best: Vec<(Cost, usize)> = vec![((0, 0, 0), 0)];
+    for cut in &cuts[1..] {
+        let mut choice: Option<(Cost, usize)> = None;
+        for (index, ((excess, n_cut, squares), _)) in best.iter().enumerate().rev() {
+            let net = cut.at - cuts[index].at;
             if net > room && choice.is_some() {
                 break;
             }
-            let (excess, n_cut, squares) =
-                before.and_then(|index| best.get(index)).map_or((0, 0, 0), |(cost, _)| *cost);
-            let more = (size(first, cut, net) - room).max(0);
-            let n_cut = n_cut + 1 + cut.map_or(0, |cut| cut.links.len());
-            let cost = (excess + more, n_cut, squares + net * net / 64);
+            let (size, n_links) = part(&cuts[index], cut);
+            let cost = (excess + (size - room).max(0), n_cut + n_links + 1, squares + net * net);
             if choice.is_none_or(|(known, _)| cost < known) {
-                choice = Some((cost, before));
+                choice = Some((cost, index));
             }
         }
         best.extend(choice);
     }
-    let mut chosen = Vec::new();
-    let mut at = best.last().and_then(|(_, before)| *before);
-    while let Some(index) = at {
-        chosen.push(index);
-        at = best.get(index).and_then(|(_, before)| *before);
-    }
-    chosen.iter().rev().filter_map(|index| cuts.get(*index).cloned()).collect()
+    let before = |at: &usize| best.get(*at).map(|(_, before)| *before).filter(|at| *at > 0);
+    let mut chosen: Vec<Cut<'a>> = std::iter::successors(before(&(cuts.len() - 1)), before)
+        .filter_map(|index| cuts.get(index).cloned())
+        .collect();
+    chosen.reverse();
+    chosen
 }

@@ -1,13 +1,14 @@
 //! A drawing on several sheets of paper.
 //!
 //! A drawing that is larger than the paper is cut into rows of pages, and each row between symbols from left to right, where only links cross the cuts, or made
-//! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end. Only a part without
-//! a place for a cut is made smaller than that.
+//! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end; it is not drawn on
+//! the pages between. Only a part without a place for a cut is made smaller than that.
 
-use crate::grid::{Axis, Cut, candidates, division};
-use crate::picture::{Font, Mark, Pen, Picture, Shape};
+use crate::grid::{Axis, Cut, Link, candidates, division};
+use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// The sizes of paper.
@@ -132,101 +133,163 @@ pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
     pages
 }
 
-/// The cuts of a drawing.
+/// A link that ends at a border of a row of pages: its column, its step, the row of the other end, and if it has an arrow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Cord<'a> {
+    x: i64,
+    step: &'a str,
+    other: usize,
+    leads_up: bool,
+}
+
+/// A row of pages.
+struct Row<'a> {
+    high: Range<i64>,
+    above: Vec<Cord<'a>>,
+    below: Vec<Cord<'a>>,
+    cuts: Vec<Cut<'a>>,
+}
+
+/// The rows of pages of a drawing.
 struct Grid<'a> {
-    downs: Vec<Cut<'a>>,
-    /// The rows of pages, and the cuts of each.
-    rows: Vec<(Range<i64>, Vec<Cut<'a>>)>,
+    rows: Vec<Row<'a>>,
     width: i64,
 }
 
 impl<'a> Grid<'a> {
     /// The cuts into parts of at most the size `room`, if that is possible.
     fn new(picture: &'a Picture, room: (i64, i64)) -> Self {
-        let (mut downs, mut rows) = (Vec::new(), Vec::new());
+        let mut downs = Vec::new();
         if picture.height > room.1 {
             let all = candidates(picture, Axis::Down, &(0..picture.width));
-            let high = |cut: Option<&Cut<'_>>| cut.map_or(0, height);
-            let size = |above: Option<&Cut<'_>>, below: Option<&Cut<'_>>, net: i64| {
-                net + high(above) + high(below)
-            };
-            downs = division(&all, picture.height, room.1, size);
+            downs = division(&all, picture.height, room.1, |above, below| {
+                // The links that do not only pass.
+                let ends = |cut: &Cut<'a>, is_here: &dyn Fn(&&Link<'a>) -> bool| {
+                    let links = cut.links.iter().filter(is_here);
+                    links.map(|link| (link.place, link.step)).collect::<Vec<_>>()
+                };
+                let first = ends(above, &|link| link.to <= below.at);
+                let last = ends(below, &|link| link.from >= above.at);
+                (below.at - above.at + height(&first) + height(&last), last.len())
+            });
         }
         let ends = downs.iter().map(|cut| cut.at).chain([picture.height]);
-        let mut top = 0;
+        let mut rows: Vec<Row<'a>> = Vec::new();
         for end in ends {
-            let row = top..end;
-            top = end;
+            let high = rows.last().map_or(0, |row| row.high.end)..end;
             let mut cuts = Vec::new();
             if picture.width > room.0 {
-                let all = candidates(picture, Axis::Right, &row);
-                let wide = |cut: Option<&Cut<'_>>| cut.map_or(0, side_width);
-                let size = |left: Option<&Cut<'_>>, right: Option<&Cut<'_>>, net: i64| {
-                    net + wide(left) + wide(right)
-                };
-                cuts = division(&all, picture.width, room.0, size);
+                let all = candidates(picture, Axis::Right, &high);
+                cuts = division(&all, picture.width, room.0, |left, right| {
+                    (right.at - left.at + side_width(left) + side_width(right), right.links.len())
+                });
             }
-            rows.push((row, cuts));
+            rows.push(Row { high, above: Vec::new(), below: Vec::new(), cuts });
         }
-        Grid { downs, rows, width: picture.width }
+        let mut grid = Grid { rows, width: picture.width };
+        grid.find_cords(picture, &downs);
+        grid
     }
 
+    /// Finds the links from one row to another one.
+    fn find_cords(&mut self, picture: &'a Picture, downs: &[Cut<'_>]) {
+        let arrows: BTreeSet<(i64, i64)> = { picture.marks.iter() }
+            .filter_map(|mark| match mark.shape {
+                Shape::Arrow { x, y, way: Way::Up } => Some((x, y)),
+                _ => None,
+            })
+            .collect();
+        for Link { place: x, step, from, to } in
+            picture.marks.iter().filter_map(|mark| Axis::Down.link(mark))
+        {
+            let first = downs.partition_point(|cut| cut.at <= from);
+            let last = downs.partition_point(|cut| cut.at < to);
+            if first < last {
+                let leads_up = arrows.range((x, from)..=(x, to)).next().is_some();
+                self.rows[first].below.push(Cord { x, step, other: last, leads_up });
+                self.rows[last].above.push(Cord { x, step, other: first, leads_up });
+            }
+        }
+        for cords in self.rows.iter_mut().flat_map(|row| [&mut row.above, &mut row.below]) {
+            cords.sort_unstable();
+            cords.dedup();
+        }
+    }
+
+    /// The number of links that are cut.
     fn n_links(&self) -> usize {
-        let all = self.rows.iter().flat_map(|(_, cuts)| cuts).chain(&self.downs);
-        all.map(|cut| cut.links.len()).sum()
+        let n_sides = |row: &Row<'_>| row.cuts.iter().map(|cut| cut.links.len()).sum::<usize>();
+        self.rows.iter().map(|row| row.below.len() + n_sides(row)).sum()
     }
 
     /// The number of the page of a column in a row, from 1.
     fn page(&self, row: usize, x: i64) -> usize {
-        let before: usize = self.rows.iter().take(row).map(|(_, cuts)| cuts.len() + 1).sum();
-        let cuts = self.rows.get(row).map_or(0, |(_, cuts)| cuts.partition_point(|it| it.at < x));
+        let before: usize = self.rows.iter().take(row).map(|row| row.cuts.len() + 1).sum();
+        let cuts = self.rows.get(row).map_or(0, |row| row.cuts.partition_point(|it| it.at < x));
         before + cuts + 1
     }
 
     /// The parts of a drawing with their marks.
     fn parts(&self, picture: &Picture) -> Vec<Picture> {
         let mut parts = Vec::new();
-        for (row, (high, cuts)) in self.rows.iter().enumerate() {
-            for column in 0..=cuts.len() {
-                let left = column.checked_sub(1).and_then(|left| cuts.get(left));
-                let right = cuts.get(column);
-                let wide = left.map_or(0, |cut| cut.at)..right.map_or(self.width, |cut| cut.at);
-                let at = |cut: &Cut<'a>| {
-                    let links = cut.links.iter().filter(|(x, _)| wide.contains(x));
-                    Cut { at: cut.at, links: links.copied().collect() }
-                };
-                let above = row.checked_sub(1).and_then(|above| self.downs.get(above)).map(at);
-                let below = self.downs.get(row).map(at);
-                let number = self.page(row, wide.end);
-                let (top, bottom) = (above.as_ref().map_or(0, height), below.as_ref());
-                let margin = left.map_or(0, side_width);
-                let mut out = part(picture, &wide, high);
-                out.shift(margin - wide.start, top - high.start);
-                (out.width, out.height) =
-                    (margin + wide.end - wide.start, top + high.end - high.start);
-                let end = out.width;
-                let bounds = top..out.height;
-                let shift = (margin - wide.start, top - high.start);
-                if let Some(cut) = &above {
-                    let pages = |x| self.page(row.saturating_sub(1), x);
-                    marks(&mut out, cut, shift.0, (top, -1), pages);
-                }
-                if let Some(cut) = bottom {
-                    let y = out.height;
-                    marks(&mut out, cut, shift.0, (y, 1), |x| self.page(row + 1, x));
-                    out.height += height(cut);
-                }
-                if let Some(cut) = left {
-                    side_marks(&mut out, cut, (margin, -1), (shift.1, &bounds), number - 1);
-                }
-                if let Some(cut) = right {
-                    side_marks(&mut out, cut, (end, 1), (shift.1, &bounds), number + 1);
-                }
-                parts.push(out);
+        for (number, row) in self.rows.iter().enumerate() {
+            let ends = row.cuts.iter().map(Some).chain([None]);
+            let starts = [None].into_iter().chain(row.cuts.iter().map(Some));
+            for (left, right) in starts.zip(ends) {
+                parts.push(self.part(picture, row, (left, right), number));
             }
         }
         parts
     }
+
+    /// The part of a row between two cuts.
+    fn part(
+        &self,
+        picture: &Picture,
+        row: &Row<'a>,
+        (left, right): (Option<&Cut<'a>>, Option<&Cut<'a>>),
+        number: usize,
+    ) -> Picture {
+        let wide = left.map_or(0, |cut| cut.at)..right.map_or(self.width, |cut| cut.at);
+        let page = self.page(number, wide.end);
+        let here = |cords: &[Cord<'a>]| -> Vec<Cord<'a>> {
+            cords.iter().filter(|cord| wide.contains(&cord.x)).copied().collect()
+        };
+        let (above, below) = (here(&row.above), here(&row.below));
+        let origin =
+            (left.map_or(0, side_width) - wide.start, height(&names(&above)) - row.high.start);
+        let mut out = shapes(picture, &wide, &row.high);
+        out.shift(origin.0, origin.1);
+        let (end, bottom) = (origin.0 + wide.end, origin.1 + row.high.end);
+        (out.width, out.height) = (end, bottom + height(&names(&below)));
+        let top = origin.1 + row.high.start;
+        for (cords, y, way) in [(above, top, -1), (below, bottom, 1)] {
+            let all = cords.iter().zip(rows(&names(&cords)));
+            for (cord, row) in all {
+                let label = label(cord.step, self.page(cord.other, cord.x));
+                mark(
+                    &mut out,
+                    &label,
+                    (cord.x + origin.0, y),
+                    way * (GAP + row * ROW),
+                    cord.leads_up,
+                );
+            }
+        }
+        let bounds = top..bottom;
+        for (cut, x, way) in [(left, origin.0 + wide.start, -1), (right, end, 1)] {
+            let other = if way > 0 { page + 1 } else { page - 1 };
+            if let Some(cut) = cut {
+                side_marks(&mut out, cut, (x, way), (origin.1, &bounds), other);
+            }
+        }
+        out
+    }
+}
+
+/// The columns and steps of links at a border.
+fn names<'a>(cords: &[Cord<'a>]) -> Vec<(i64, &'a str)> {
+    cords.iter().map(|cord| (cord.x, cord.step)).collect()
 }
 
 /// The pixels of a length in tenths of a millimetre.
@@ -250,33 +313,43 @@ fn label_width(step: &str) -> i64 {
 }
 
 /// The row of the mark of each link, counted from the drawing: below or above a mark, no other link is in its way.
-fn rows(cut: &Cut<'_>) -> Vec<i64> {
-    let mut rows = vec![0; cut.links.len()];
-    for (index, (x, step)) in cut.links.iter().enumerate().rev() {
+fn rows(links: &[(i64, &str)]) -> Vec<i64> {
+    let mut rows = vec![0; links.len()];
+    for (index, (x, step)) in links.iter().enumerate().rev() {
         let end = x + 5 + label_width(step) + 4;
-        let right = cut.links.iter().enumerate().skip(index + 1);
+        let right = links.iter().enumerate().skip(index + 1);
         let in_the_way = right.take_while(|(_, (other, _))| *other < end);
         rows[index] = in_the_way.map(|(other, _)| rows[other] + 1).max().unwrap_or(0);
     }
     rows
 }
 
-/// The height of the marks on each side of a cut between two rows of pages.
-fn height(cut: &Cut<'_>) -> i64 {
-    rows(cut).into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
+/// The height of the marks at a border of a row of pages.
+fn height(links: &[(i64, &str)]) -> i64 {
+    rows(links).into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
 }
 
 /// The width of the marks on each side of a cut in a row of pages.
 fn side_width(cut: &Cut<'_>) -> i64 {
-    cut.links.iter().map(|(_, step)| LEAD + 4 + label_width(step)).max().unwrap_or(0)
+    cut.links.iter().map(|link| LEAD + 4 + label_width(link.step)).max().unwrap_or(0)
 }
 
 /// The shapes of a part of a drawing.
-fn part(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
+fn shapes(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
+    let passes = |link: &Link<'_>| link.from < high.start && high.end < link.to;
+    let links = picture.marks.iter().filter_map(|mark| Axis::Down.link(mark));
+    let passing: BTreeSet<i64> = links.filter(passes).map(|link| link.place).collect();
     let mut out = Picture::default();
     for mark in &picture.marks {
         let (left, top, right, bottom) = mark.bounds();
         if right < wide.start || wide.end < left || bottom < high.start || high.end < top {
+            continue;
+        }
+        let is_passing = match mark.shape {
+            Shape::Arrow { x, .. } | Shape::Crossing { x, .. } => passing.contains(&x),
+            _ => Axis::Down.link(mark).as_ref().is_some_and(passes),
+        };
+        if is_passing {
             continue;
         }
         let (from, to) = (left.max(wide.start), right.min(wide.end));
@@ -301,22 +374,16 @@ fn part(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
     out
 }
 
-/// The ends of the links at a cut, from its height on upwards (-1) or downwards (1), with the step and the page of the other end.
-fn marks(
-    out: &mut Picture,
-    cut: &Cut<'_>,
-    shift: i64,
-    (y, way): (i64, i64),
-    page: impl Fn(i64) -> usize,
-) {
-    for ((at, step), row) in cut.links.iter().zip(rows(cut)) {
-        let x = at + shift;
-        let end = y + way * (GAP / 2 + row * ROW + ROW / 2);
-        out.line((x, y), (x, end), Pen::Line);
-        out.line((x - 4, end), (x + 4, end), Pen::Detail);
-        let wide = out.text((x + 7, end + 4), &label(step, page(*at)), Font::Small);
-        out.width = out.width.max(x + 7 + wide);
+/// The end of a link at the border of a row, as far away as its row of marks; upwards if that is negative.
+fn mark(out: &mut Picture, label: &str, (x, y): (i64, i64), away: i64, leads_up: bool) {
+    let end = y + away + away.signum() * (ROW - GAP) / 2;
+    out.line((x, y), (x, end), Pen::Line);
+    out.line((x - 4, end), (x + 4, end), Pen::Detail);
+    if leads_up {
+        out.add(Shape::Arrow { x, y: y.min(end) + 1, way: Way::Up });
     }
+    let wide = out.text((x + 7, end + 4), label, Font::Small);
+    out.width = out.width.max(x + 7 + wide);
 }
 
 /// The ends of the links at a cut, from its column on to the left (-1) or to the right (1). The marks are beside their links, or as near as there is space for
@@ -329,7 +396,7 @@ fn side_marks(
     page: usize,
 ) {
     let mut heights: Vec<i64> = Vec::new();
-    for (at, _) in &cut.links {
+    for Link { place: at, .. } in &cut.links {
         let free = heights.last().map_or(bounds.start + ROW / 2, |last| last + ROW);
         heights.push(free.max(at + shift));
     }
@@ -338,7 +405,7 @@ fn side_marks(
         *height = free.min(*height);
         free = *height - ROW;
     }
-    for ((at, step), height) in cut.links.iter().zip(heights) {
+    for (Link { place: at, step, .. }, height) in cut.links.iter().zip(heights) {
         let label = label(step, page);
         let end = x + way * LEAD;
         out.line((x, at + shift), (end, height), Pen::Line);
