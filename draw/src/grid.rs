@@ -37,6 +37,14 @@ impl Axis {
         }
     }
 
+    /// The least width of a free stripe: more than between a symbol and the texts beside it.
+    fn least(self) -> i64 {
+        match self {
+            Axis::Down => 6,
+            Axis::Right => 14,
+        }
+    }
+
     /// The part of a link that a mark is, if it leads along the axis.
     pub(crate) fn link(self, mark: &Mark) -> Option<Link<'_>> {
         let step = mark.link.as_deref()?;
@@ -90,7 +98,7 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<i64> {
     let mut places = Vec::new();
     let mut end = 0;
     for (from, to) in blocked {
-        if from - end >= 6 {
+        if from - end >= axis.least() {
             places.push((from + end) / 2);
         }
         end = end.max(to);

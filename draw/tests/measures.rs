@@ -6,7 +6,7 @@ use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
 use grafsynth_draw::{Options, Paper, TitleBlock, layout, pages};
 use grafsynth_ir::chart::{Design, Item, Path, Step, Transition};
 use grafsynth_ir::{Name, Span};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A chart of sequences, alternatives, parallel branches and loops, without hierarchy.
 fn structured(number: u64) -> String {
@@ -135,7 +135,7 @@ fn count(picture: &Picture, is_it: impl Fn(&str) -> bool) -> usize {
 /// Links are cut only between pages: on one sheet, every link is a line.
 #[test]
 fn links_are_cut_between_pages_only() {
-    let (mut n_all, mut n_cut, mut n_pages) = (0, 0, 0);
+    let (mut n_all, mut n_cut, mut n_pages, mut n_borders, mut n_long) = (0, 0, 0, 0, 0);
     for number in 0..rounds(60, 500) {
         let design = parsed(&structured(number));
         let picture = drawn(&design);
@@ -143,12 +143,25 @@ fn links_are_cut_between_pages_only() {
         let pages = pages(&picture, Paper::A4, &TitleBlock::default());
         n_all += n_links(&design);
         n_pages += pages.len();
+        n_borders += pages.len() - 1;
+        // The lines that are longer than a page, even in the smallest readable size.
+        let long: BTreeSet<(i64, i64, &str)> = { picture.marks.iter() }
+            .filter_map(|mark| match &mark.shape {
+                Shape::Line { from, to, .. } if (to.1 - from.1).abs() > 1174 => {
+                    Some((from.0, from.1, mark.link.as_deref()?))
+                }
+                _ => None,
+            })
+            .collect();
+        n_long += long.len();
         // Both ends of a cut link have a mark.
         let marks = pages.iter().map(|page| count(&page.picture, |text| text.contains(" / page ")));
         n_cut += marks.sum::<usize>() / 2;
     }
-    println!("{n_pages} pages, {n_cut} cuts of {n_all} links");
-    // The return of a loop and the sequence below it cross each cut.
+    println!(
+        "{n_pages} pages, {n_cut} cuts of {n_all} links: {n_long} longer than a page; {n_borders} borders"
+    );
+    // The return of a loop is longer than a page, and the sequence below it crosses each cut.
     assert!(n_cut * 100 <= n_all * 11, "{n_cut} of {n_all} links");
 }
 
