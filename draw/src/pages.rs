@@ -380,7 +380,7 @@ fn mark(out: &mut Picture, label: &str, (x, y): (i64, i64), away: i64, leads_up:
     out.line((x, y), (x, end), Pen::Line);
     out.line((x - 4, end), (x + 4, end), Pen::Detail);
     if leads_up {
-        out.add(Shape::Arrow { x, y: y.min(end) - 2, way: Way::Up });
+        out.add(Shape::Arrow { x, y: y.min(end + 4) - 2, way: Way::Up });
     }
     let wide = out.text((x + 7, end + 4), label, Font::Small);
     out.width = out.width.max(x + 7 + wide);

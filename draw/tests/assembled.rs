@@ -76,7 +76,8 @@ fn assembled(svgs: &[String]) -> Result<Shapes, String> {
         if here.len() != there.len() || page >= other {
             return Err(format!("{step}: pages {page} and {other}"));
         }
-        (here.sort_unstable(), there.sort_unstable());
+        here.sort_unstable();
+        there.sort_unstable();
         pairs.extend(here.into_iter().zip(there).map(|pair| (*page, *other, *side, pair)));
     }
     if n_ends != 2 * pairs.len() {
