@@ -23,6 +23,7 @@ mod container;
 mod content;
 mod exchange;
 mod foreign;
+mod grid;
 mod ink;
 mod layers;
 mod nest;

@@ -1,12 +1,14 @@
 //! A drawing on several sheets of paper.
 //!
-//! A drawing that is wider than the paper is made smaller. One that is higher is cut between symbols, where only links cross the cut, or made smaller as long as
-//! it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end. A part without a place for a cut is
-//! made smaller, too.
+//! A drawing that is larger than the paper is cut into rows of pages, and each row between symbols from left to right, where only links cross the cuts, or made
+//! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end; it is not drawn on
+//! the pages between. Only a part without a place for a cut is made smaller than that.
 
-use crate::picture::{Font, Mark, Pen, Picture, Shape};
+use crate::grid::{Axis, Cut, Link, candidates, division};
+use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// The sizes of paper.
@@ -79,34 +81,40 @@ const LONGEST_TEXT: i64 = 200;
 const ROW: i64 = 14;
 /// The distance of marks from the drawing.
 const GAP: i64 = 8;
-/// The number of rows of marks from which a cut counts as impossible if there is another one.
-const MOST_ROWS: i64 = 10;
+/// The width in which the lines to marks at the side of a page are spread.
+const LEAD: i64 = 14;
 
 /// How much smaller a drawing may be, in thousandths: its smallest letters, of 11 pixels, still have 7 points.
 const READABLE: i64 = 1176;
 
-/// Divides a drawing into pages of one size, in portrait unless the drawing is wider than that. It is made smaller, as long as it can be read, if this cuts
-/// fewer links.
+/// Divides a drawing into pages of one size, row by row, in portrait unless the drawing is wider than that. It is made smaller, as long as it can be read, if
+/// this cuts fewer links.
 #[must_use]
 pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
     let (short, long) = paper.size();
     let is_wide = picture.width > pixels(short) - 2 * MARGIN;
-    let size = if is_wide { (long, short) } else { (short, long) };
-    let inner = (pixels(size.0) - 2 * MARGIN, pixels(size.1) - 2 * MARGIN - BLOCK);
-    let by_width = thousandths(picture.width, inner.0);
-    let all = [by_width, by_width.max(READABLE)].map(|most| cuts(picture, inner.1 * most / 1000));
-    let n_links = |cuts: &Vec<Cut<'_>>| cuts.iter().map(|cut| cut.links.len()).sum::<usize>();
-    let cuts = all.into_iter().min_by_key(n_links).unwrap_or_default();
-    let parts = parts(picture, &cuts);
-    let needed = |part: &Picture| {
-        by_width.max(thousandths(part.width, inner.0)).max(thousandths(part.height, inner.1))
+    let sizes = if is_wide { vec![(long, short), (short, long)] } else { vec![(short, long)] };
+    let inner =
+        |size: (i64, i64)| (pixels(size.0) - 2 * MARGIN, pixels(size.1) - 2 * MARGIN - BLOCK);
+    let needed = |part: &Picture, inner: (i64, i64)| {
+        thousandths(part.width, inner.0).max(thousandths(part.height, inner.1))
     };
+    let all = sizes.iter().flat_map(|size| [(*size, 1000), (*size, READABLE)]);
+    let all = all.map(|(size, most)| {
+        let (wide, high) = inner(size);
+        let grid = Grid::new(picture, (wide * most / 1000, high * most / 1000));
+        let parts = grid.parts(picture);
+        let n_small = parts.iter().filter(|part| needed(part, (wide, high)) > READABLE).count();
+        ((n_small, grid.n_links(), parts.len()), size, parts)
+    });
+    let Some((_, size, parts)) = all.min_by_key(|(cost, ..)| *cost) else { return Vec::new() };
     // The parts without a place for a cut do not make the other pages smaller.
+    let needed = |part: &Picture| needed(part, inner(size));
     let common = parts.iter().map(needed).filter(|factor| *factor <= READABLE).max();
     let n_pages = parts.len();
     let mut pages = Vec::new();
     for (number, content) in parts.into_iter().enumerate() {
-        let factor = needed(&content).max(common.unwrap_or(by_width));
+        let factor = needed(&content).max(common.unwrap_or(1000));
         let scaled = |length: i64| (length * factor + 999) / 1000;
         let mut page = Picture {
             width: scaled(pixels(size.0)),
@@ -125,18 +133,163 @@ pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
     pages
 }
 
-/// The parts of a drawing between the cuts, with their marks.
-fn parts(picture: &Picture, cuts: &[Cut<'_>]) -> Vec<Picture> {
-    let mut ends = vec![0];
-    ends.extend(cuts.iter().map(|cut| cut.y));
-    ends.push(picture.height);
-    let cut = |number: Option<usize>| number.and_then(|number| cuts.get(number));
-    { ends.windows(2).enumerate() }
-        .map(|(number, pair)| {
-            let (above, below) = (cut(number.checked_sub(1)), cut(Some(number)));
-            part(picture, pair[0]..pair[1], above, below, number + 1)
-        })
-        .collect()
+/// A link that ends at a border of a row of pages: its column, its step, the row of the other end, and if it has an arrow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Cord<'a> {
+    x: i64,
+    step: &'a str,
+    other: usize,
+    leads_up: bool,
+}
+
+/// A row of pages.
+struct Row<'a> {
+    high: Range<i64>,
+    above: Vec<Cord<'a>>,
+    below: Vec<Cord<'a>>,
+    cuts: Vec<Cut<'a>>,
+}
+
+/// The rows of pages of a drawing.
+struct Grid<'a> {
+    rows: Vec<Row<'a>>,
+    width: i64,
+}
+
+impl<'a> Grid<'a> {
+    /// The cuts into parts of at most the size `room`, if that is possible.
+    fn new(picture: &'a Picture, room: (i64, i64)) -> Self {
+        let mut downs = Vec::new();
+        if picture.height > room.1 {
+            let all = candidates(picture, Axis::Down, &(0..picture.width));
+            downs = division(&all, picture.height, room.1, |above, below| {
+                // The links that do not only pass.
+                let ends = |cut: &Cut<'a>, is_here: &dyn Fn(&&Link<'a>) -> bool| {
+                    let links = cut.links.iter().filter(is_here);
+                    links.map(|link| (link.place, link.step)).collect::<Vec<_>>()
+                };
+                let first = ends(above, &|link| link.to <= below.at);
+                let last = ends(below, &|link| link.from >= above.at);
+                (below.at - above.at + height(&first) + height(&last), last.len())
+            });
+        }
+        let ends = downs.iter().map(|cut| cut.at).chain([picture.height]);
+        let mut rows: Vec<Row<'a>> = Vec::new();
+        for end in ends {
+            let high = rows.last().map_or(0, |row| row.high.end)..end;
+            let mut cuts = Vec::new();
+            if picture.width > room.0 {
+                let all = candidates(picture, Axis::Right, &high);
+                cuts = division(&all, picture.width, room.0, |left, right| {
+                    (right.at - left.at + side_width(left) + side_width(right), right.links.len())
+                });
+            }
+            rows.push(Row { high, above: Vec::new(), below: Vec::new(), cuts });
+        }
+        let mut grid = Grid { rows, width: picture.width };
+        grid.find_cords(picture, &downs);
+        grid
+    }
+
+    /// Finds the links from one row to another one.
+    fn find_cords(&mut self, picture: &'a Picture, downs: &[Cut<'_>]) {
+        let arrows: BTreeSet<(i64, i64)> = { picture.marks.iter() }
+            .filter_map(|mark| match mark.shape {
+                Shape::Arrow { x, y, way: Way::Up } => Some((x, y)),
+                _ => None,
+            })
+            .collect();
+        for Link { place: x, step, from, to } in
+            picture.marks.iter().filter_map(|mark| Axis::Down.link(mark))
+        {
+            let first = downs.partition_point(|cut| cut.at <= from);
+            let last = downs.partition_point(|cut| cut.at < to);
+            if first < last {
+                let leads_up = arrows.range((x, from)..=(x, to)).next().is_some();
+                self.rows[first].below.push(Cord { x, step, other: last, leads_up });
+                self.rows[last].above.push(Cord { x, step, other: first, leads_up });
+            }
+        }
+        for cords in self.rows.iter_mut().flat_map(|row| [&mut row.above, &mut row.below]) {
+            cords.sort_unstable();
+            cords.dedup();
+        }
+    }
+
+    /// The number of links that are cut.
+    fn n_links(&self) -> usize {
+        let n_sides = |row: &Row<'_>| row.cuts.iter().map(|cut| cut.links.len()).sum::<usize>();
+        self.rows.iter().map(|row| row.below.len() + n_sides(row)).sum()
+    }
+
+    /// The number of the page of a column in a row, from 1.
+    fn page(&self, row: usize, x: i64) -> usize {
+        let before: usize = self.rows.iter().take(row).map(|row| row.cuts.len() + 1).sum();
+        let cuts = self.rows.get(row).map_or(0, |row| row.cuts.partition_point(|it| it.at < x));
+        before + cuts + 1
+    }
+
+    /// The parts of a drawing with their marks.
+    fn parts(&self, picture: &Picture) -> Vec<Picture> {
+        let mut parts = Vec::new();
+        for (number, row) in self.rows.iter().enumerate() {
+            let ends = row.cuts.iter().map(Some).chain([None]);
+            let starts = [None].into_iter().chain(row.cuts.iter().map(Some));
+            for (left, right) in starts.zip(ends) {
+                parts.push(self.part(picture, row, (left, right), number));
+            }
+        }
+        parts
+    }
+
+    /// The part of a row between two cuts.
+    fn part(
+        &self,
+        picture: &Picture,
+        row: &Row<'a>,
+        (left, right): (Option<&Cut<'a>>, Option<&Cut<'a>>),
+        number: usize,
+    ) -> Picture {
+        let wide = left.map_or(0, |cut| cut.at)..right.map_or(self.width, |cut| cut.at);
+        let page = self.page(number, wide.end);
+        let here = |cords: &[Cord<'a>]| -> Vec<Cord<'a>> {
+            cords.iter().filter(|cord| wide.contains(&cord.x)).copied().collect()
+        };
+        let (above, below) = (here(&row.above), here(&row.below));
+        let origin =
+            (left.map_or(0, side_width) - wide.start, height(&names(&above)) - row.high.start);
+        let mut out = shapes(picture, &wide, &row.high);
+        out.shift(origin.0, origin.1);
+        let (end, bottom) = (origin.0 + wide.end, origin.1 + row.high.end);
+        (out.width, out.height) = (end, bottom + height(&names(&below)));
+        let top = origin.1 + row.high.start;
+        for (cords, y, way) in [(above, top, -1), (below, bottom, 1)] {
+            let all = cords.iter().zip(rows(&names(&cords)));
+            for (cord, row) in all {
+                let label = label(cord.step, self.page(cord.other, cord.x));
+                mark(
+                    &mut out,
+                    &label,
+                    (cord.x + origin.0, y),
+                    way * (GAP + row * ROW),
+                    cord.leads_up,
+                );
+            }
+        }
+        let bounds = top..bottom;
+        for (cut, x, way) in [(left, origin.0 + wide.start, -1), (right, end, 1)] {
+            let other = if way > 0 { page + 1 } else { page - 1 };
+            if let Some(cut) = cut {
+                side_marks(&mut out, cut, (x, way), (origin.1, &bounds), other);
+            }
+        }
+        out
+    }
+}
+
+/// The columns and steps of links at a border.
+fn names<'a>(cords: &[Cord<'a>]) -> Vec<(i64, &'a str)> {
+    cords.iter().map(|cord| (cord.x, cord.step)).collect()
 }
 
 /// The pixels of a length in tenths of a millimetre.
@@ -149,178 +302,123 @@ fn thousandths(length: i64, space: i64) -> i64 {
     ((length * 1000 + space - 1) / space.max(1)).max(1000)
 }
 
-/// A place between two pages, with the links that cross it from left to right: the column, and the step.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Cut<'a> {
-    y: i64,
-    links: Vec<(i64, &'a str)>,
+/// The mark of a link: its step, and the page of the other end.
+fn label(step: &str, page: usize) -> String {
+    format!("{step} / page {page}")
 }
 
-impl Cut<'_> {
-    /// The mark of a link: its step, and the page of the other end.
-    fn label(step: &str, page: usize) -> String {
-        format!("{step} / page {page}")
-    }
-
-    /// The row of the mark of each link, counted from the drawing: below or above a mark, no other link is in its way.
-    fn rows(&self) -> Vec<i64> {
-        let mut rows = vec![0; self.links.len()];
-        for (index, (x, step)) in self.links.iter().enumerate().rev() {
-            let end = x + 5 + width(&Cut::label(step, 999), Font::Small.size()) + 4;
-            let right = self.links.iter().enumerate().skip(index + 1);
-            let in_the_way = right.take_while(|(_, (other, _))| *other < end);
-            rows[index] = in_the_way.map(|(other, _)| rows[other] + 1).max().unwrap_or(0);
-        }
-        rows
-    }
-
-    /// The height of the marks on each side.
-    fn height(&self) -> i64 {
-        self.rows().into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
-    }
+/// The width of the mark of a link.
+fn label_width(step: &str) -> i64 {
+    width(&label(step, 999), Font::Small.size())
 }
 
-/// The cuts of a drawing into parts of at most `room` pixels, if that is possible.
-fn cuts(picture: &Picture, room: i64) -> Vec<Cut<'_>> {
-    if picture.height <= room {
-        return Vec::new();
+/// The row of the mark of each link, counted from the drawing: below or above a mark, no other link is in its way.
+fn rows(links: &[(i64, &str)]) -> Vec<i64> {
+    let mut rows = vec![0; links.len()];
+    for (index, (x, step)) in links.iter().enumerate().rev() {
+        let end = x + 5 + label_width(step) + 4;
+        let right = links.iter().enumerate().skip(index + 1);
+        let in_the_way = right.take_while(|(_, (other, _))| *other < end);
+        rows[index] = in_the_way.map(|(other, _)| rows[other] + 1).max().unwrap_or(0);
     }
-    let free = free_places(picture);
-    let links = crossing_links(picture, &free);
-    let mut cuts: Vec<Cut<'_>> = Vec::new();
-    let mut candidates: Vec<Cut<'_>> =
-        free.into_iter().zip(links).map(|(y, links)| Cut { y, links }).collect();
-    let (mut top, mut above) = (0, 0);
-    while picture.height - top + above > room {
-        candidates.retain(|cut| cut.y > top);
-        let fits = |cut: &&Cut<'_>| cut.y - top + above + cut.height() <= room;
-        // Few links, then a full page; the beginning of a page is not a place for a cut if there is another one.
-        let cost = |cut: &&Cut<'_>| {
-            let n_links = i64::try_from(cut.links.len()).unwrap_or(i64::MAX / 1000);
-            let waste = room - (cut.y - top);
-            let is_crowded = cut.height() > MOST_ROWS * ROW;
-            (is_crowded || waste > room * 3 / 5, n_links * 60 + waste)
-        };
-        let near = candidates.iter().take_while(|cut| cut.y - top <= room);
-        let best = near.filter(fits).min_by_key(cost).or_else(|| {
-            // No place on this page: a higher part, which is made smaller.
-            candidates.iter().find(|cut| cut.y - top > room / 3)
-        });
-        let Some(cut) = best else { break };
-        (top, above) = (cut.y, cut.height());
-        cuts.push(cut.clone());
-    }
-    cuts
+    rows
 }
 
-/// The middles of the horizontal stripes in which nothing but links and frames is.
-fn free_places(picture: &Picture) -> Vec<i64> {
-    let mut blocked: Vec<(i64, i64)> = Vec::new();
-    for mark in &picture.marks {
-        let (_, top, _, bottom) = mark.bounds();
-        let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
-        if is_frame {
-            blocked.extend([(top, top), (bottom, bottom)]);
-        } else if link(mark).is_none() {
-            blocked.push((top, bottom));
-        }
-    }
-    blocked.sort_unstable();
-    let mut places = Vec::new();
-    let mut end = 0;
-    for (top, bottom) in blocked {
-        if top - end >= 6 {
-            places.push((top + end) / 2);
-        }
-        end = end.max(bottom);
-    }
-    places
+/// The height of the marks at a border of a row of pages.
+fn height(links: &[(i64, &str)]) -> i64 {
+    rows(links).into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
 }
 
-/// The column, range and step of a vertical link.
-fn link(mark: &Mark) -> Option<(i64, Range<i64>, &str)> {
-    match &mark.shape {
-        Shape::Line { from, to, .. } if from.0 == to.0 => {
-            let step = mark.link.as_deref()?;
-            Some((from.0, from.1.min(to.1)..from.1.max(to.1), step))
-        }
-        _ => None,
-    }
+/// The width of the marks on each side of a cut in a row of pages.
+fn side_width(cut: &Cut<'_>) -> i64 {
+    cut.links.iter().map(|link| LEAD + 4 + label_width(link.step)).max().unwrap_or(0)
 }
 
-/// The links that cross each of the places, which are in order.
-fn crossing_links<'a>(picture: &'a Picture, places: &[i64]) -> Vec<Vec<(i64, &'a str)>> {
-    let mut all: Vec<Vec<(i64, &str)>> = vec![Vec::new(); places.len()];
-    for (x, range, step) in picture.marks.iter().filter_map(link) {
-        let first = places.partition_point(|y| *y <= range.start);
-        let last = places.partition_point(|y| *y < range.end);
-        for links in all.get_mut(first..last).unwrap_or_default() {
-            links.push((x, step));
-        }
-    }
-    all.iter_mut().for_each(|links| {
-        links.sort_unstable();
-        links.dedup();
-    });
-    all
-}
-
-/// The drawing between two cuts with their marks, from `y` = 0. `number` is that of its page, from 1.
-fn part(
-    picture: &Picture,
-    range: Range<i64>,
-    above: Option<&Cut<'_>>,
-    below: Option<&Cut<'_>>,
-    number: usize,
-) -> Picture {
-    let mut out = Picture { width: picture.width, ..Picture::default() };
+/// The shapes of a part of a drawing.
+fn shapes(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
+    let passes = |link: &Link<'_>| link.from < high.start && high.end < link.to;
+    let links = picture.marks.iter().filter_map(|mark| Axis::Down.link(mark));
+    let passing: BTreeSet<i64> = links.filter(passes).map(|link| link.place).collect();
+    let mut out = Picture::default();
     for mark in &picture.marks {
         let (left, top, right, bottom) = mark.bounds();
-        if bottom < range.start || range.end < top {
+        if right < wide.start || wide.end < left || bottom < high.start || high.end < top {
             continue;
         }
-        let mut shape = mark.shape.clone();
-        if let Some((x, line, _)) = link(mark) {
-            if let Shape::Line { from, to, .. } = &mut shape {
-                *from = (x, line.start.max(range.start));
-                *to = (x, line.end.min(range.end));
-            }
-        } else if top < range.start || range.end < bottom {
-            // A frame: the sides that are on this page.
-            let (from, to) = (top.max(range.start), bottom.min(range.end));
-            out.line((left, from), (left, to), Pen::Frame);
-            out.line((right, from), (right, to), Pen::Frame);
-            for y in [top, bottom].into_iter().filter(|y| range.contains(y)) {
-                out.line((left, y), (right, y), Pen::Frame);
-            }
+        let is_passing = match mark.shape {
+            Shape::Arrow { x, .. } | Shape::Crossing { x, .. } => passing.contains(&x),
+            _ => Axis::Down.link(mark).as_ref().is_some_and(passes),
+        };
+        if is_passing {
             continue;
         }
-        out.marks.push(Mark { shape, ..mark.clone() });
-    }
-    let space = above.map_or(0, Cut::height);
-    out.shift(0, space - range.start);
-    out.height = space + range.end - range.start;
-    if let Some(cut) = above {
-        marks(&mut out, cut, number.saturating_sub(1), (space, -1));
-    }
-    if let Some(cut) = below {
-        let y = out.height;
-        marks(&mut out, cut, number + 1, (y, 1));
-        out.height += cut.height();
+        let (from, to) = (left.max(wide.start), right.min(wide.end));
+        let (first, last) = (top.max(high.start), bottom.min(high.end));
+        let is_whole = (from, to, first, last) == (left, right, top, bottom);
+        let is_link = mark.link.is_some() && matches!(mark.shape, Shape::Line { .. });
+        if !is_whole && is_link {
+            let shape = Shape::Line { from: (from, first), to: (to, last), pen: Pen::Line };
+            out.marks.push(Mark { shape, ..mark.clone() });
+        } else if !is_whole && matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. }) {
+            // The sides that are on this page.
+            for x in [left, right].into_iter().filter(|x| wide.contains(x)) {
+                out.line((x, first), (x, last), Pen::Frame);
+            }
+            for y in [top, bottom].into_iter().filter(|y| high.contains(y)) {
+                out.line((from, y), (to, y), Pen::Frame);
+            }
+        } else {
+            out.marks.push(mark.clone());
+        }
     }
     out
 }
 
-/// The ends of the links at a cut, from its height on upwards (-1) or downwards (1), with the step and the page of the other end.
-fn marks(out: &mut Picture, cut: &Cut<'_>, other: usize, (y, way): (i64, i64)) {
-    for ((x, step), row) in cut.links.iter().zip(cut.rows()) {
-        let end = y + way * (GAP / 2 + row * ROW + ROW / 2);
-        out.line((*x, y), (*x, end), Pen::Line);
-        out.line((x - 4, end), (x + 4, end), Pen::Detail);
-        let label = Cut::label(step, other);
-        let wide = out.text((x + 7, end + 4), &label, Font::Small);
-        out.width = out.width.max(x + 7 + wide);
+/// The end of a link at the border of a row, as far away as its row of marks; upwards if that is negative.
+fn mark(out: &mut Picture, label: &str, (x, y): (i64, i64), away: i64, leads_up: bool) {
+    let end = y + away + away.signum() * (ROW - GAP) / 2;
+    out.line((x, y), (x, end), Pen::Line);
+    out.line((x - 4, end), (x + 4, end), Pen::Detail);
+    if leads_up {
+        out.add(Shape::Arrow { x, y: y.min(end + 4) - 2, way: Way::Up });
     }
+    let wide = out.text((x + 7, end + 4), label, Font::Small);
+    out.width = out.width.max(x + 7 + wide);
+}
+
+/// The ends of the links at a cut, from its column on to the left (-1) or to the right (1). The marks are beside their links, or as near as there is space for
+/// all of them in `bounds`.
+fn side_marks(
+    out: &mut Picture,
+    cut: &Cut<'_>,
+    (x, way): (i64, i64),
+    (shift, bounds): (i64, &Range<i64>),
+    page: usize,
+) {
+    let mut heights: Vec<i64> = Vec::new();
+    for Link { place: at, .. } in &cut.links {
+        let free = heights.last().map_or(bounds.start + ROW / 2, |last| last + ROW);
+        heights.push(free.max(at + shift));
+    }
+    let mut free = bounds.end.max(bounds.start + ROW * count(cut.links.len())) - ROW / 2;
+    for height in heights.iter_mut().rev() {
+        *height = free.min(*height);
+        free = *height - ROW;
+    }
+    for (Link { place: at, step, .. }, height) in cut.links.iter().zip(heights) {
+        let label = label(step, page);
+        let end = x + way * LEAD;
+        out.line((x, at + shift), (end, height), Pen::Line);
+        out.line((end, height - 4), (end, height + 4), Pen::Detail);
+        let wide = width(&label, Font::Small.size());
+        let left = if way > 0 { end + 3 } else { end - 3 - wide };
+        out.text((left, height + 4), &label, Font::Small);
+        out.width = out.width.max(left + wide);
+    }
+}
+
+fn count(n: usize) -> i64 {
+    i64::try_from(n).unwrap_or(i64::MAX / 1000)
 }
 
 /// The title block, at most `most` pixels wide if that is possible.

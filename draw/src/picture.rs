@@ -23,7 +23,7 @@ pub struct Mark {
     pub shape: Shape,
     /// The element of the chart; `None` for links, frames and the legend.
     pub element: Option<Element>,
-    /// For a vertical part of a link of a Grafcet: the name of the step that it leads to or comes from.
+    /// For a part of a link of a Grafcet: the name of a step that it leads to or comes from.
     pub link: Option<String>,
 }
 

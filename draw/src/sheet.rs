@@ -136,14 +136,33 @@ fn components(scope: &Scope) -> Vec<Picture> {
 /// The drawing of a graph with its symbols. `names` are those of steps, for their links.
 fn assemble(placed: Placed, symbols: Vec<Picture>, names: &[Option<&str>]) -> Picture {
     let mut picture = Picture::default();
-    let is_vertical = |line: &&[i64; 4]| line[0] == line[2];
-    let lines = placed.lines.iter();
-    for [x1, y1, x2, y2] in lines.clone().filter(|line| !is_vertical(line)) {
-        picture.line((*x1, *y1), (*x2, *y2), Pen::Line);
+    let is_vertical = |line: &[i64; 4]| line[0] == line[2];
+    let name = |index: usize| placed.owners.get(index).and_then(|node| *names.get(*node)?);
+    let verticals = || placed.lines.iter().enumerate().filter(|(_, line)| is_vertical(line));
+    // A horizontal line has the name of the first link that it joins.
+    let mut ends: BTreeMap<i64, BTreeMap<i64, &str>> = BTreeMap::new();
+    for (index, [x, top, _, bottom]) in verticals() {
+        for y in [top, bottom] {
+            if let Some(name) = name(index) {
+                ends.entry(*y).or_default().insert(*x, name);
+            }
+        }
+    }
+    let joined = |left: i64, right: i64, heights: &[i64]| {
+        let all = heights.iter().filter_map(|y| ends.get(y)?.range(left..=right).next());
+        all.min().map(|(_, name)| (*name).to_owned())
+    };
+    let mut draw = |from: (i64, i64), to: (i64, i64), link: Option<String>| {
+        let shape = Shape::Line { from, to, pen: Pen::Line };
+        picture.marks.push(Mark { link, ..shape.into() });
+    };
+    for [left, y, right, y2] in placed.lines.iter().filter(|line| !is_vertical(line)) {
+        draw((*left, *y), (*right, *y2), joined(*left, *right, &[*y]));
     }
     for [left, right, y] in &placed.doubles {
-        for y in [y - HALF, y + HALF] {
-            picture.line((*left, y), (*right, y), Pen::Line);
+        let heights = [y - HALF, y + HALF];
+        for y in heights {
+            draw((*left, y), (*right, y), joined(*left, *right, &heights));
         }
     }
     let mut doubles: BTreeMap<i64, Vec<(i64, i64)>> = BTreeMap::new();
@@ -159,8 +178,8 @@ fn assemble(placed: Placed, symbols: Vec<Picture>, names: &[Option<&str>]) -> Pi
             picture.add(Shape::Crossing { x: *x, y: *y });
         }
     }
-    for (index, [x1, y1, x2, y2]) in lines.enumerate().filter(|(_, line)| is_vertical(line)) {
-        let link = placed.owners.get(index).and_then(|node| *names.get(*node)?);
+    for (index, [x1, y1, x2, y2]) in verticals() {
+        let link = name(index);
         let shape = Shape::Line { from: (*x1, *y1), to: (*x2, *y2), pen: Pen::Line };
         picture.marks.push(Mark { link: link.map(str::to_owned), ..shape.into() });
     }

@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "tests read the examples")]
 
+mod assembled;
 mod expected;
 mod gallery;
 mod measures;

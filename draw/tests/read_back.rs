@@ -42,10 +42,20 @@ fn difference_in(
     vocabulary: &Vocabulary,
     svg: &str,
 ) -> Option<String> {
-    let read = match reader::read(svg, style) {
-        Ok(read) => read,
-        Err(why) => return Some(why),
-    };
+    match reader::read(svg, style) {
+        Ok(read) => difference_of(style, design, active, vocabulary, read),
+        Err(why) => Some(why),
+    }
+}
+
+/// Why what was read from a drawing does not match the chart.
+pub(crate) fn difference_of(
+    style: Style,
+    design: &Design,
+    active: &[String],
+    vocabulary: &Vocabulary,
+    read: Region,
+) -> Option<String> {
     let headings = |one: &Region| one.heading.clone();
     let n_frames = design.charts.len() + design.libraries.len();
     let charts: Vec<Region> = if n_frames == 1 { vec![read] } else { read.inner };

@@ -86,6 +86,24 @@ pub(crate) struct Shapes {
     pub(crate) dots: Vec<(i64, i64)>,
 }
 
+impl Shapes {
+    /// Adds the shapes of another drawing with its upper left corner at (`dx`, `dy`).
+    pub(crate) fn add(&mut self, other: Shapes, (dx, dy): (i64, i64)) {
+        let rect = |it: Rect| Rect { x: it.x + dx, y: it.y + dy, ..it };
+        let line =
+            |it: Line| Line { x1: it.x1 + dx, y1: it.y1 + dy, x2: it.x2 + dx, y2: it.y2 + dy };
+        self.boxes.extend(other.boxes.into_iter().map(rect));
+        self.frames.extend(other.frames.into_iter().map(rect));
+        self.insets.extend(other.insets.into_iter().map(rect));
+        self.links.extend(other.links.into_iter().map(line));
+        self.details.extend(other.details.into_iter().map(line));
+        self.bars.extend(other.bars.into_iter().map(line));
+        let texts = other.texts.into_iter();
+        self.texts.extend(texts.map(|it| Text { x: it.x + dx, y: it.y + dy, ..it }));
+        self.dots.extend(other.dots.into_iter().map(|(x, y)| (x + dx, y + dy)));
+    }
+}
+
 pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
     let document = roxmltree::Document::parse(svg).map_err(|error| error.to_string())?;
     let mut shapes = Shapes::default();
@@ -192,7 +210,7 @@ pub(crate) fn read(svg: &str, style: Style) -> Result<Region, String> {
     region(shapes(svg)?, style)
 }
 
-fn region(mut shapes: Shapes, style: Style) -> Result<Region, String> {
+pub(crate) fn region(mut shapes: Shapes, style: Style) -> Result<Region, String> {
     let mut inner = Vec::new();
     let all = std::mem::take(&mut shapes.frames);
     let outer: Vec<Rect> = all

@@ -1,0 +1,146 @@
+//! Where a drawing is cut into pages: in lines on which nothing but links and frames is, so that few links are cut.
+
+use crate::channels::HALF;
+use crate::picture::{Mark, Pen, Picture, Shape};
+use std::ops::Range;
+
+/// The direction in which pages follow each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Axis {
+    Down,
+    Right,
+}
+
+/// A part of a link: its place across the axis, its step, and its first and last place along the axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Link<'a> {
+    pub(crate) place: i64,
+    pub(crate) step: &'a str,
+    pub(crate) from: i64,
+    pub(crate) to: i64,
+}
+
+/// A place between two pages, with the links that cross it in order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Cut<'a> {
+    pub(crate) at: i64,
+    pub(crate) links: Vec<Link<'a>>,
+}
+
+impl Axis {
+    /// The first and the last place of a mark along the axis, and across it.
+    fn extent(self, mark: &Mark) -> [(i64, i64); 2] {
+        let (left, top, right, bottom) = mark.bounds();
+        match self {
+            Axis::Down => [(top, bottom), (left, right)],
+            Axis::Right => [(left, right), (top, bottom)],
+        }
+    }
+
+    /// The least width of a free stripe: more than between a symbol and the texts beside it.
+    fn least(self) -> i64 {
+        match self {
+            Axis::Down => 6,
+            Axis::Right => 14,
+        }
+    }
+
+    /// The part of a link that a mark is, if it leads along the axis.
+    pub(crate) fn link(self, mark: &Mark) -> Option<Link<'_>> {
+        let step = mark.link.as_deref()?;
+        let [(from, to), (place, other)] = self.extent(mark);
+        let is_line = matches!(mark.shape, Shape::Line { .. });
+        (is_line && place == other).then_some(Link { place, step, from, to })
+    }
+}
+
+/// All cuts that are possible in the part of a drawing that is in `band` across the axis.
+pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>) -> Vec<Cut<'a>> {
+    let is_here = |mark: &&Mark| {
+        let [_, (from, to)] = axis.extent(mark);
+        from <= band.end && band.start <= to
+    };
+    let here: Vec<&Mark> = picture.marks.iter().filter(is_here).collect();
+    let places = free_places(&here, axis);
+    let mut cuts: Vec<Cut<'_>> = places.iter().map(|at| Cut { at: *at, links: vec![] }).collect();
+    for link in here.iter().filter_map(|mark| axis.link(mark)) {
+        let first = places.partition_point(|at| *at <= link.from);
+        let last = places.partition_point(|at| *at < link.to);
+        for cut in cuts.get_mut(first..last).unwrap_or_default() {
+            cut.links.push(link);
+        }
+    }
+    for cut in &mut cuts {
+        cut.links.sort_unstable();
+        // Both lines of a double line have one mark, between them.
+        cut.links.dedup_by(|link, first| {
+            let is_double = axis == Axis::Right && link.place - first.place == 2 * HALF;
+            let is_same = link.step == first.step && (is_double || link.place == first.place);
+            first.place += if is_same { (link.place - first.place) / 2 } else { 0 };
+            is_same
+        });
+    }
+    cuts
+}
+
+/// The middles of the stripes in which nothing but links and frames is.
+fn free_places(marks: &[&Mark], axis: Axis) -> Vec<i64> {
+    let mut blocked: Vec<(i64, i64)> = Vec::new();
+    for mark in marks {
+        let [(from, to), _] = axis.extent(mark);
+        if matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. }) {
+            blocked.extend([(from, from), (to, to)]);
+        } else if axis.link(mark).is_none() {
+            blocked.push((from, to));
+        }
+    }
+    blocked.sort_unstable();
+    let mut places = Vec::new();
+    let mut end = 0;
+    for (from, to) in blocked {
+        if from - end >= axis.least() {
+            places.push((from + end) / 2);
+        }
+        end = end.max(to);
+    }
+    places
+}
+
+/// The price of a division: by how much parts are too long, the number of links cut and of parts, and how unequal the parts are.
+type Cost = (i64, usize, i64);
+
+/// Chooses the cuts that divide a length into parts of at most `room` and cut the fewest links. `part` has the length of a part between two cuts with its marks, and
+/// the number of links that are cut at its end. A part without a place for a cut is longer.
+pub(crate) fn division<'a>(
+    cuts: &[Cut<'a>],
+    length: i64,
+    room: i64,
+    part: impl Fn(&Cut<'a>, &Cut<'a>) -> (i64, usize),
+) -> Vec<Cut<'a>> {
+    let border = |at| Cut { at, links: Vec::new() };
+    let cuts: Vec<Cut<'a>> =
+        [border(0)].into_iter().chain(cuts.iter().cloned()).chain([border(length)]).collect();
+    // The best division of what is before each cut, and the cut before it.
+    let mut best: Vec<(Cost, usize)> = vec![((0, 0, 0), 0)];
+    for cut in &cuts[1..] {
+        let mut choice: Option<(Cost, usize)> = None;
+        for (index, ((excess, n_cut, squares), _)) in best.iter().enumerate().rev() {
+            let net = cut.at - cuts[index].at;
+            if net > room && choice.is_some() {
+                break;
+            }
+            let (size, n_links) = part(&cuts[index], cut);
+            let cost = (excess + (size - room).max(0), n_cut + n_links + 1, squares + net * net);
+            if choice.is_none_or(|(known, _)| cost < known) {
+                choice = Some((cost, index));
+            }
+        }
+        best.extend(choice);
+    }
+    let before = |at: &usize| best.get(*at).map(|(_, before)| *before).filter(|at| *at > 0);
+    let mut chosen: Vec<Cut<'a>> = std::iter::successors(before(&(cuts.len() - 1)), before)
+        .filter_map(|index| cuts.get(index).cloned())
+        .collect();
+    chosen.reverse();
+    chosen
+}
