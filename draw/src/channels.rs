@@ -40,6 +40,17 @@ pub(crate) struct Placed {
     pub(crate) height: i64,
 }
 
+impl Placed {
+    /// The number of crossings, of which one with a double line counts twice, and the area.
+    pub(crate) fn cost(&self) -> (usize, i64) {
+        let is_double = |(x, y): &&(i64, i64)| {
+            self.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
+        };
+        let n_crossings = self.crossings.len() + self.crossings.iter().filter(is_double).count();
+        (n_crossings, (self.right - self.left).saturating_mul(self.height))
+    }
+}
+
 /// A horizontal line.
 #[derive(Debug, Clone, Default)]
 struct Horizontal {

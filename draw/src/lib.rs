@@ -24,6 +24,7 @@ mod content;
 mod exchange;
 mod foreign;
 mod ink;
+mod layered;
 mod layers;
 mod nest;
 mod notation;
