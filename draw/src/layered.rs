@@ -3,37 +3,42 @@
 //! The order begins as that of the blocks. The places follow from it: each piece is as near to the pieces that it is linked with as its neighbours in its rows
 //! allow. A piece is moved to another place in the order if this makes the crossings of the finished drawing fewer.
 
-use crate::blocks::{Columns, LANE};
+use crate::blocks::Columns;
 use crate::channels::{Placed, place};
 use crate::order::{Graph, Order};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
+use std::ops::{Range, RangeInclusive};
 
-/// The distance between nodes side by side.
-const GAP: i64 = 20;
-/// The distance between links side by side.
-const APART: i64 = 16;
+/// Half the distance between nodes side by side.
+const NODE: i64 = 10;
+/// Half the distance between links side by side.
+const LINK: i64 = 8;
 /// The number of rounds in which pieces move towards those that they are linked with.
 const ROUNDS: usize = 6;
 
-/// A node, or the part of a link in one column.
-#[derive(Debug, Clone)]
+/// What is in one column: nodes below each other with the links between them, or a part of a link.
+#[derive(Debug, Clone, Default)]
 struct Piece {
-    /// The rows, from the first to the last.
-    rows: (usize, usize),
-    /// Pixels to the left and right of the axis.
-    sides: (i64, i64),
-    is_link: bool,
+    first_row: usize,
+    /// For each row the pixels that it needs to the left and right of its axis.
+    sides: Vec<(i64, i64)>,
     /// The pieces that it is linked with.
     linked: Vec<usize>,
 }
 
-/// The pieces of a graph; those of the nodes come first.
-#[derive(Debug, Clone)]
+impl Piece {
+    fn rows(&self) -> Range<usize> {
+        self.first_row..self.first_row + self.sides.len()
+    }
+}
+
+/// The pieces of a graph.
+#[derive(Debug, Clone, Default)]
 struct Pieces {
     all: Vec<Piece>,
-    n_nodes: usize,
-    n_rows: usize,
+    /// The piece of each node.
+    nodes: Vec<usize>,
     /// For each link its pieces: down, entry and up, as in [`Columns`].
     links: Vec<[Option<usize>; 3]>,
 }
@@ -78,51 +83,75 @@ pub(crate) fn improved(
     }
 }
 
+/// The only link of these that does not lead up.
+fn only(links: &[usize], order: &Order) -> Option<usize> {
+    let mut down = links.iter().copied().filter(|arc| !order.is_back[*arc]);
+    down.next().filter(|_| down.next().is_none())
+}
+
+/// True if a link joins nodes in neighbouring rows and is the only one down from the upper and to the lower node.
+fn is_straight(graph: &Graph, order: &Order, arc: usize) -> bool {
+    let ends = graph.arcs[arc];
+    only(&graph.outs[ends.from], order) == Some(arc)
+        && only(&graph.ins[ends.to], order) == Some(arc)
+        && order.row[ends.from] + 1 == order.row[ends.to]
+}
+
 impl Pieces {
     fn of(graph: &Graph, order: &Order) -> Self {
-        let nodes = graph.nodes.iter().zip(&order.row);
-        let all = nodes.map(|(node, row)| Piece {
-            rows: (*row, *row),
-            sides: (node.left, node.right),
-            is_link: false,
-            linked: Vec::new(),
-        });
-        let n_rows = order.row.iter().max().map_or(0, |row| row + 1) + 1;
         let n_nodes = graph.nodes.len();
-        let mut pieces = Pieces { all: all.collect(), n_nodes, n_rows, links: Vec::new() };
+        let links = vec![[None; 3]; graph.arcs.len()];
+        let mut pieces = Pieces { all: Vec::new(), nodes: vec![0; n_nodes], links };
+        for &node in &order.nodes {
+            let size = &graph.nodes[node];
+            let sides = (size.left + NODE, size.right + NODE);
+            pieces.nodes[node] = match only(&graph.ins[node], order) {
+                Some(arc) if is_straight(graph, order, arc) => {
+                    let piece = pieces.nodes[graph.arcs[arc].from];
+                    pieces.all[piece].sides.push(sides);
+                    piece
+                }
+                _ => pieces.add(order.row[node], vec![sides]),
+            };
+        }
         for (index, arc) in graph.arcs.iter().enumerate() {
             let (from, to) = (order.row[arc.from], order.row[arc.to]);
+            let mut add = |rows: RangeInclusive<usize>| {
+                pieces.add(*rows.start(), rows.map(|_| (LINK, LINK)).collect())
+            };
             let mut own = [None; 3];
             if order.is_back[index] {
-                let (below, above) =
-                    (order.turns_below(graph, index), order.turns_above(graph, index));
-                own[0] = below.then(|| pieces.add((from + 1, from + 1)));
-                own[1] = above.then(|| pieces.add((to - 1, to - 1)));
-                let rows = (to - usize::from(above), from + usize::from(below));
-                own[2] = Some(pieces.add(rows));
+                let below = order.turns_below(graph, index);
+                let above = order.turns_above(graph, index);
+                own[0] = below.then(|| add(from + 1..=from + 1));
+                own[1] = above.then(|| add(to - 1..=to - 1));
+                own[2] = Some(add(to - usize::from(above)..=from + usize::from(below)));
             } else if from + 1 < to {
-                own[0] = Some(pieces.add((from + 1, to - 1)));
+                own[0] = Some(add(from + 1..=to - 1));
             }
-            let chain = [Some(arc.from), own[0], own[2], own[1], Some(arc.to)];
-            let chain: Vec<usize> = chain.into_iter().flatten().collect();
-            for pair in chain.windows(2) {
+            pieces.links[index] = own;
+            let ends = [pieces.nodes[arc.from], pieces.nodes[arc.to]].map(Some);
+            let chain: Vec<usize> =
+                [ends[0], own[0], own[2], own[1], ends[1]].into_iter().flatten().collect();
+            for pair in chain.windows(2).filter(|pair| pair[0] != pair[1]) {
                 pieces.all[pair[0]].linked.push(pair[1]);
                 pieces.all[pair[1]].linked.push(pair[0]);
             }
-            pieces.links.push(own);
         }
         pieces
     }
 
-    fn add(&mut self, rows: (usize, usize)) -> usize {
-        self.all.push(Piece { rows, sides: (0, 0), is_link: true, linked: Vec::new() });
+    fn add(&mut self, first_row: usize, sides: Vec<(i64, i64)>) -> usize {
+        self.all.push(Piece { first_row, sides, linked: Vec::new() });
         self.all.len() - 1
     }
 
     /// The order of a drawing.
     fn order(&self, columns: &Columns) -> Vec<usize> {
-        let mut x = columns.x.clone();
-        x.resize(self.all.len(), 0);
+        let mut x = vec![0; self.all.len()];
+        for (piece, at) in self.nodes.iter().zip(&columns.x) {
+            x[*piece] = *at;
+        }
         for (index, [down, entry, up]) in self.links.iter().enumerate() {
             let places = [
                 (down, columns.down[index]),
@@ -169,35 +198,26 @@ impl Pieces {
     }
 
     fn share_rows(&self, a: usize, b: usize) -> bool {
-        let (a, b) = (self.all[a].rows, self.all[b].rows);
-        a.0 <= b.1 && b.0 <= a.1
-    }
-
-    /// The distance between the axes of neighbours.
-    fn distance(&self, left: usize, right: usize) -> i64 {
-        let (one, other) = (&self.all[left], &self.all[right]);
-        let gap = match (one.is_link, other.is_link) {
-            (false, false) => GAP,
-            (true, true) => APART,
-            _ => LANE,
-        };
-        one.sides.1 + gap + other.sides.0
+        let (a, b) = (self.all[a].rows(), self.all[b].rows());
+        a.start < b.end && b.start < a.end
     }
 
     /// The axis of each piece for an order of the pieces.
     fn axes(&self, order: &[usize]) -> Vec<i64> {
         let n = self.all.len();
-        let mut last: Vec<Option<usize>> = vec![None; self.n_rows + 1];
+        let n_rows = self.all.iter().map(|piece| piece.rows().end).max().unwrap_or(0);
+        // The last piece of each row, with what it needs to the right.
+        let mut last: Vec<Option<(usize, i64)>> = vec![None; n_rows];
         let (mut lefts, mut rights) = (vec![Vec::new(); n], vec![Vec::new(); n]);
         let mut x = vec![0; n];
         for &piece in order {
-            let (first, end) = self.all[piece].rows;
-            for before in last[first..=end].iter_mut().map(|it| it.replace(piece)) {
-                let Some(before) = before else { continue };
-                if lefts[piece].last().is_none_or(|(it, _)| *it != before) {
-                    let distance = self.distance(before, piece);
-                    lefts[piece].push((before, distance));
-                    rights[before].push((piece, distance));
+            let own = &self.all[piece];
+            for (row, (left, right)) in own.rows().zip(&own.sides) {
+                let Some((before, by)) = last[row].replace((piece, *right)) else { continue };
+                let by = by + left;
+                if lefts[piece].last() != Some(&(before, by)) {
+                    lefts[piece].push((before, by));
+                    rights[before].push((piece, by));
                 }
             }
             let least = lefts[piece].iter().map(|(before, by)| x[*before] + by).max();
@@ -221,7 +241,12 @@ impl Pieces {
                 order.iter().for_each(|piece| pull(*piece));
             }
         }
-        let left = self.all.iter().zip(&x).map(|(piece, x)| x - piece.sides.0).min().unwrap_or(0);
+        let ends = self
+            .all
+            .iter()
+            .zip(&x)
+            .flat_map(|(piece, x)| piece.sides.iter().map(move |(left, _)| x - left));
+        let left = ends.min().unwrap_or(0);
         x.iter().map(|x| x - left).collect()
     }
 
@@ -231,13 +256,14 @@ impl Pieces {
             let pieces = self.links.iter().map(|own| own[which]);
             pieces.map(|piece| piece.map(|piece| x[piece])).collect()
         };
-        let right = self.all.iter().zip(x).map(|(piece, x)| x + piece.sides.1).max();
+        let ends = self.all.iter().zip(x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
         Columns {
-            x: x[..self.n_nodes].to_vec(),
+            x: self.nodes.iter().map(|piece| x[*piece]).collect(),
             down: of(0),
             entry: of(1),
             up: of(2),
-            extent: (0, right.unwrap_or(0)),
+            extent: (0, ends.max().unwrap_or(0)),
         }
     }
 }
