@@ -40,14 +40,23 @@ pub(crate) struct Placed {
     pub(crate) height: i64,
 }
 
-impl Placed {
+/// A layout that was tried.
+#[derive(Debug)]
+pub(crate) struct Tried {
+    pub(crate) placed: Placed,
     /// The number of crossings, of which one with a double line counts twice, and the area.
-    pub(crate) fn cost(&self) -> (usize, i64) {
+    pub(crate) cost: (usize, i64),
+}
+
+impl Tried {
+    pub(crate) fn new(placed: Placed) -> Self {
         let is_double = |(x, y): &&(i64, i64)| {
-            self.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
+            placed.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
         };
-        let n_crossings = self.crossings.len() + self.crossings.iter().filter(is_double).count();
-        (n_crossings, (self.right - self.left).saturating_mul(self.height))
+        let n_crossings =
+            placed.crossings.len() + placed.crossings.iter().filter(is_double).count();
+        let area = (placed.right - placed.left).saturating_mul(placed.height);
+        Tried { cost: (n_crossings, area), placed }
     }
 }
 
@@ -97,7 +106,8 @@ impl Horizontal {
 }
 
 /// Where a line should be in its channel, from top to bottom: lines whose ends all lead up, the shortest first, then lines with ends on both sides from left
-/// to right, then lines whose ends all lead down, the longest first. So a line is not crossed by the ends of the lines that it encloses.
+/// to right, then lines whose ends all lead down, the longest first. So a line is not crossed by the ends of the lines that it encloses. In a channel with fewer
+/// than [`MANY`] lines, the crossings of each pair of lines come before this.
 type Preference = (u8, i64);
 
 /// A horizontal line by its channel and its number there.
@@ -475,7 +485,7 @@ fn downwards(lines: &[Horizontal]) -> Vec<Vec<(usize, i64)>> {
 /// From this number of lines in a channel on, the crossings of pairs are not counted.
 const MANY: usize = 64;
 
-/// The other lines of each line that should be below it, with the number of crossings that this saves.
+/// For each line, the lines that should be below it, with the number of crossings that this saves.
 fn wishes(lines: &[Horizontal]) -> Vec<Vec<(usize, usize)>> {
     let mut wishes = vec![Vec::new(); lines.len()];
     if lines.len() >= MANY {

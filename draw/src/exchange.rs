@@ -2,16 +2,17 @@
 //!
 //! A chart is first laid out as it was written. Only if links cross, branches below a node are exchanged, or a link that leads up is moved to the other side of
 //! its block, for as long as each change makes the crossings fewer, or the drawing smaller with as many crossings. Then the search starts again from other
-//! orders. So a drawing without crossings keeps the order of its source.
+//! orders. So a drawing without crossings keeps the order of its source. If links still cross, the search goes on without blocks (`layered`), and what it finds is
+//! drawn if it has fewer crossings.
 
 use crate::blocks;
-use crate::channels::{Placed, place};
+use crate::channels::{Placed, Tried, place};
 use crate::layered;
 use crate::order::{Graph, Order};
 
 /// The work for one graph: the sum of its nodes over all layouts that are tried.
 const WORK: usize = 6_000;
-/// The same for the search without blocks, with the pieces of the graph.
+/// The same for the search without blocks: the sum of the pieces of the graph.
 const WORK_OF_PIECES: usize = 24_000;
 /// A larger graph is laid out only once.
 const MOST_NODES: usize = 600;
@@ -33,12 +34,6 @@ struct Choice {
     graph: Graph,
     /// For each link whether it takes the longer way around its block if it leads up.
     longer_way: Vec<bool>,
-}
-
-/// A layout, with its crossings and its area.
-struct Tried {
-    placed: Placed,
-    cost: (usize, i64),
 }
 
 /// Lays out a connected graph.
@@ -68,10 +63,9 @@ pub(crate) fn lay_out(graph: &Graph) -> Placed {
     if best.cost.0 > 0 {
         let order = best_choice.order();
         let columns = blocks::columns(&best_choice.graph, &order);
-        let (placed, cost) =
-            layered::improved(&best_choice.graph, &order, &columns, WORK_OF_PIECES);
-        if cost.0 < best.cost.0 {
-            return placed;
+        let found = layered::improved(&best_choice.graph, &order, &columns, WORK_OF_PIECES);
+        if found.cost.0 < best.cost.0 {
+            return found.placed;
         }
     }
     best.placed
@@ -87,7 +81,7 @@ impl Choice {
     fn tried(&self) -> Tried {
         let order = self.order();
         let placed = place(&self.graph, &order, &blocks::columns(&self.graph, &order));
-        Tried { cost: placed.cost(), placed }
+        Tried::new(placed)
     }
 
     /// All changes.

@@ -1,10 +1,12 @@
 //! The columns of a graph without structure: every node and every link that passes rows is a piece, and the pieces have one order from left to right.
 //!
-//! The order begins as that of the blocks. The places follow from it: each piece is as near to the pieces that it is linked with as its neighbours in its rows
-//! allow. A piece is moved to another place in the order if this makes the crossings of the finished drawing fewer.
+//! The rows are the same as with blocks, and `channels` draws the links. A piece has one column in all of its rows: nodes below each other whose only link down is
+//! the one between them are one piece. The order begins as that of the blocks. The columns follow from it: each piece is as near to the pieces that it is linked
+//! with as its neighbours in its rows allow. A piece whose links cross is moved to each other place beside the pieces of its rows, and stays where the finished
+//! drawing has the fewest crossings. The work is limited by a count, so the result does not depend on the machine.
 
 use crate::blocks::Columns;
-use crate::channels::{Placed, place};
+use crate::channels::{Placed, Tried, place};
 use crate::order::{Graph, Order};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -43,41 +45,33 @@ struct Pieces {
     links: Vec<[Option<usize>; 3]>,
 }
 
-/// A drawing with few crossings, with its crossings and area. It begins with the order of `start`, and `work` is the sum of its pieces over all drawings that are
+/// A layout with few crossings. The search begins with the order of `start`, and `work` is the sum of its pieces over all layouts that are
 /// tried.
-pub(crate) fn improved(
-    graph: &Graph,
-    order: &Order,
-    start: &Columns,
-    work: usize,
-) -> (Placed, (usize, i64)) {
+pub(crate) fn improved(graph: &Graph, order: &Order, start: &Columns, work: usize) -> Tried {
     let pieces = Pieces::of(graph, order);
-    let tried = |places: &[usize]| {
-        let placed = place(graph, order, &pieces.columns(&pieces.axes(places)));
-        let cost = placed.cost();
-        (placed, cost)
-    };
+    let tried =
+        |places: &[usize]| Tried::new(place(graph, order, &pieces.columns(&pieces.axes(places))));
     let mut places = pieces.order(start);
     let mut best = tried(&places);
     let mut left = work / pieces.all.len().max(1);
     loop {
-        let before = best.1.0;
-        for piece in pieces.crossing(&best.0, &pieces.axes(&places)) {
+        let before = best.cost.0;
+        for piece in pieces.crossing(&best.placed, &pieces.axes(&places)) {
             let (rest, targets) = pieces.targets(piece, &places);
             for target in targets {
-                if left == 0 || best.1.0 == 0 {
+                if left == 0 || best.cost.0 == 0 {
                     return best;
                 }
                 left -= 1;
                 let mut other = rest.clone();
                 other.insert(target, piece);
                 let found = tried(&other);
-                if found.1 < best.1 {
+                if found.cost < best.cost {
                     (best, places) = (found, other);
                 }
             }
         }
-        if best.1.0 == before {
+        if best.cost.0 == before {
             return best;
         }
     }
@@ -241,11 +235,8 @@ impl Pieces {
                 order.iter().for_each(|piece| pull(*piece));
             }
         }
-        let ends = self
-            .all
-            .iter()
-            .zip(&x)
-            .flat_map(|(piece, x)| piece.sides.iter().map(move |(left, _)| x - left));
+        let ends = self.all.iter().zip(&x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(left, _)| x - left));
         let left = ends.min().unwrap_or(0);
         x.iter().map(|x| x - left).collect()
     }
