@@ -6,6 +6,7 @@
 use crate::blocks::Columns;
 use crate::order::{Graph, Order};
 use grafsynth_ir::Gather;
+use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The distance between tracks.
@@ -39,6 +40,26 @@ pub(crate) struct Placed {
     pub(crate) height: i64,
 }
 
+/// A layout that was tried.
+#[derive(Debug)]
+pub(crate) struct Tried {
+    pub(crate) placed: Placed,
+    /// The number of crossings, of which one with a double line counts twice, and the area.
+    pub(crate) cost: (usize, i64),
+}
+
+impl Tried {
+    pub(crate) fn new(placed: Placed) -> Self {
+        let is_double = |(x, y): &&(i64, i64)| {
+            placed.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
+        };
+        let n_crossings =
+            placed.crossings.len() + placed.crossings.iter().filter(is_double).count();
+        let area = (placed.right - placed.left).saturating_mul(placed.height);
+        Tried { cost: (n_crossings, area), placed }
+    }
+}
+
 /// A horizontal line.
 #[derive(Debug, Clone, Default)]
 struct Horizontal {
@@ -68,6 +89,15 @@ impl Horizontal {
         }
     }
 
+    /// The number of crossings of this line with one above it, or of their ends; a double line counts twice.
+    fn crossings_below(&self, upper: &Horizontal) -> usize {
+        let inside = |line: &Horizontal, ends: &[i64]| {
+            let n = ends.iter().filter(|x| line.left < **x && **x < line.right).count();
+            if line.is_double { 2 * n } else { n }
+        };
+        inside(self, &upper.below) + inside(upper, &self.above)
+    }
+
     /// The columns that no other line of the same track may touch.
     fn reach(&self) -> (i64, i64) {
         let more = if self.is_double { OVERHANG + NEAR / 2 } else { NEAR / 2 };
@@ -76,7 +106,8 @@ impl Horizontal {
 }
 
 /// Where a line should be in its channel, from top to bottom: lines whose ends all lead up, the shortest first, then lines with ends on both sides from left
-/// to right, then lines whose ends all lead down, the longest first. So a line is not crossed by the ends of the lines that it encloses.
+/// to right, then lines whose ends all lead down, the longest first. So a line is not crossed by the ends of the lines that it encloses. In a channel with fewer
+/// than [`MANY`] lines, the crossings of each pair of lines come before this.
 type Preference = (u8, i64);
 
 /// A horizontal line by its channel and its number there.
@@ -401,9 +432,10 @@ fn assign(
     let mut used = None;
     loop {
         let downs = downwards(lines);
-        match sorted(lines, &downs) {
+        let wishes = wishes(lines);
+        match sorted(lines, &downs, &wishes) {
             Ok(order) => {
-                pack(lines, &order, &downs);
+                pack(lines, &order, &downs, &wishes);
                 return detours;
             }
             Err((line, from)) => {
@@ -450,22 +482,60 @@ fn downwards(lines: &[Horizontal]) -> Vec<Vec<(usize, i64)>> {
     lines.iter().enumerate().map(|(index, line)| below(index, line)).collect()
 }
 
+/// From this number of lines in a channel on, the crossings of pairs are not counted.
+const MANY: usize = 64;
+
+/// For each line, the lines that should be below it, with the number of crossings that this saves.
+fn wishes(lines: &[Horizontal]) -> Vec<Vec<(usize, usize)>> {
+    let mut wishes = vec![Vec::new(); lines.len()];
+    if lines.len() >= MANY {
+        return wishes;
+    }
+    for (low, one) in lines.iter().enumerate() {
+        for (high, other) in lines[..low].iter().enumerate() {
+            let (below, above) = (one.crossings_below(other), other.crossings_below(one));
+            match below.cmp(&above) {
+                Ordering::Less => wishes[high].push((low, above - below)),
+                Ordering::Greater => wishes[low].push((high, below - above)),
+                Ordering::Equal => {}
+            }
+        }
+    }
+    wishes
+}
+
 /// The lines in order from top to bottom; or, if the order is cyclic, a line of the cycle and the column of a line from above.
-fn sorted(lines: &[Horizontal], downs: &[Vec<(usize, i64)>]) -> Result<Vec<usize>, (usize, i64)> {
+fn sorted(
+    lines: &[Horizontal],
+    downs: &[Vec<(usize, i64)>],
+    wishes: &[Vec<(usize, usize)>],
+) -> Result<Vec<usize>, (usize, i64)> {
     let mut n_above = vec![0; lines.len()];
     for (below, _) in downs.iter().flatten() {
         n_above[*below] += 1;
     }
-    let mut ready: BTreeSet<(Preference, usize)> = BTreeSet::new();
-    let key = |index: usize| (lines[index].preference(), index);
-    ready.extend((0..lines.len()).filter(|index| n_above[*index] == 0).map(key));
+    // The crossings that each line would cause by being above all that are left.
+    let mut harm = vec![0; lines.len()];
+    for (below, saved) in wishes.iter().flatten() {
+        harm[*below] += saved;
+    }
+    let mut ready: BTreeSet<(usize, Preference, usize)> = BTreeSet::new();
+    let key = |index: usize, harm: &[usize]| (harm[index], lines[index].preference(), index);
+    ready.extend((0..lines.len()).filter(|index| n_above[*index] == 0).map(|it| key(it, &harm)));
     let mut order = Vec::new();
-    while let Some((_, index)) = ready.pop_first() {
+    while let Some((.., index)) = ready.pop_first() {
         order.push(index);
+        for (below, saved) in &wishes[index] {
+            let is_ready = ready.remove(&key(*below, &harm));
+            harm[*below] -= saved;
+            if is_ready {
+                ready.insert(key(*below, &harm));
+            }
+        }
         for (below, _) in &downs[index] {
             n_above[*below] -= 1;
             if n_above[*below] == 0 {
-                ready.insert(key(*below));
+                ready.insert(key(*below, &harm));
             }
         }
     }
@@ -492,7 +562,12 @@ fn sorted(lines: &[Horizontal], downs: &[Vec<(usize, i64)>]) -> Result<Vec<usize
 }
 
 /// The lowest track that each line can have.
-fn pack(lines: &mut [Horizontal], order: &[usize], downs: &[Vec<(usize, i64)>]) {
+fn pack(
+    lines: &mut [Horizontal],
+    order: &[usize],
+    downs: &[Vec<(usize, i64)>],
+    wishes: &[Vec<(usize, usize)>],
+) {
     let mut least = vec![0; lines.len()];
     // For each track the ends of its lines by where they begin; they do not overlap.
     let mut tracks: Vec<BTreeMap<i64, i64>> = Vec::new();
@@ -509,8 +584,9 @@ fn pack(lines: &mut [Horizontal], order: &[usize], downs: &[Vec<(usize, i64)>]) 
         }
         tracks[track].insert(left, right);
         lines[index].track = track;
-        for (below, _) in &downs[index] {
-            least[*below] = least[*below].max(track + 1);
+        let wished = wishes[index].iter().map(|(below, _)| *below);
+        for below in downs[index].iter().map(|(below, _)| *below).chain(wished) {
+            least[below] = least[below].max(track + 1);
         }
     }
 }

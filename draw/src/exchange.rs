@@ -2,14 +2,18 @@
 //!
 //! A chart is first laid out as it was written. Only if links cross, branches below a node are exchanged, or a link that leads up is moved to the other side of
 //! its block, for as long as each change makes the crossings fewer, or the drawing smaller with as many crossings. Then the search starts again from other
-//! orders. So a drawing without crossings keeps the order of its source.
+//! orders. So a drawing without crossings keeps the order of its source. If links still cross, the search goes on without blocks (`layered`), and what it finds is
+//! drawn if it has fewer crossings.
 
 use crate::blocks;
-use crate::channels::{Placed, place};
+use crate::channels::{Placed, Tried, place};
+use crate::layered;
 use crate::order::{Graph, Order};
 
 /// The work for one graph: the sum of its nodes over all layouts that are tried.
-const WORK: usize = 12_000;
+const WORK: usize = 6_000;
+/// The same for the search without blocks: the sum of the pieces of the graph.
+const WORK_OF_PIECES: usize = 24_000;
 /// A larger graph is laid out only once.
 const MOST_NODES: usize = 600;
 
@@ -32,16 +36,11 @@ struct Choice {
     longer_way: Vec<bool>,
 }
 
-/// A layout, with its crossings and its area.
-struct Tried {
-    placed: Placed,
-    cost: (usize, i64),
-}
-
 /// Lays out a connected graph.
 pub(crate) fn lay_out(graph: &Graph) -> Placed {
     let mut choice = Choice { graph: graph.clone(), longer_way: vec![false; graph.arcs.len()] };
     let mut best = choice.tried();
+    let mut best_choice = choice.clone();
     let n_nodes = graph.nodes.len();
     if best.cost.0 == 0 || n_nodes > MOST_NODES {
         return best.placed;
@@ -52,6 +51,7 @@ pub(crate) fn lay_out(graph: &Graph) -> Placed {
         let found = choice.improved(&changes, &mut left);
         if found.cost < best.cost {
             best = found;
+            best_choice = choice.clone();
         }
         if left == 0 || best.cost.0 == 0 || changes.is_empty() {
             break;
@@ -60,16 +60,28 @@ pub(crate) fn lay_out(graph: &Graph) -> Placed {
         let step = 2 + start % 5;
         changes.iter().skip(start).step_by(step).for_each(|change| choice.make(*change));
     }
+    if best.cost.0 > 0 {
+        let order = best_choice.order();
+        let columns = blocks::columns(&best_choice.graph, &order);
+        let found = layered::improved(&best_choice.graph, &order, &columns, WORK_OF_PIECES);
+        if found.cost.0 < best.cost.0 {
+            return found.placed;
+        }
+    }
     best.placed
 }
 
 impl Choice {
-    fn tried(&self) -> Tried {
+    fn order(&self) -> Order {
         let mut order = Order::of(&self.graph);
         order.takes_longer_way.clone_from(&self.longer_way);
+        order
+    }
+
+    fn tried(&self) -> Tried {
+        let order = self.order();
         let placed = place(&self.graph, &order, &blocks::columns(&self.graph, &order));
-        let area = (placed.right - placed.left).saturating_mul(placed.height);
-        Tried { cost: (crossings(&placed), area), placed }
+        Tried::new(placed)
     }
 
     /// All changes.
@@ -124,12 +136,4 @@ impl Choice {
             Change::Side(arc) => self.longer_way[arc] = !self.longer_way[arc],
         }
     }
-}
-
-/// The number of crossings; one with a double line counts twice.
-fn crossings(placed: &Placed) -> usize {
-    let is_double = |(x, y): &&(i64, i64)| {
-        placed.doubles.iter().any(|[left, right, at]| at == y && left <= x && x <= right)
-    };
-    placed.crossings.len() + placed.crossings.iter().filter(is_double).count()
 }

@@ -7,8 +7,8 @@
 //!
 //! The files in reading order: [`picture`] is the drawing as data. `content` turns a chart into symbols and links, with conditions written by `notation`;
 //! `symbol` draws one symbol; in the style of IEC 61131-3, `action_block` turns the items of a step into rows, which `stack` draws. `foreign` is the legend.
-//! `order`, `blocks` and `channels` lay out a graph: rows, columns, links. Statecharts have a layout of their own: `states` turns a
-//! chart into boxes inside of boxes, `vertex` draws one box, `routes` divides transitions at the borders of states, `container` lays out the inside of one
+//! `order`, `blocks` and `channels` lay out a graph: rows, columns, links; `exchange` and `layered` look for fewer crossings. Statecharts have a layout of their
+//! own: `states` turns a chart into boxes inside of boxes, `vertex` draws one box, `routes` divides transitions at the borders of states, `container` lays out the inside of one
 //! state, with `layers` for columns and `tracks` for links, and `nest` joins everything. [`overlay`] adds a situation or leaves blanks,
 //! `sheet` puts the parts together, [`mod@waves`] draws traces, `pages` cuts a drawing for paper, and `svg`, `pdf` and `png` write everything: `ink` has the
 //! colours of the last two, and `raster` fills areas of pixels, also those of the letters that `outlines` contains.
@@ -25,6 +25,7 @@ mod exchange;
 mod foreign;
 mod grid;
 mod ink;
+mod layered;
 mod layers;
 mod nest;
 mod notation;

@@ -132,6 +132,23 @@ fn count(picture: &Picture, is_it: impl Fn(&str) -> bool) -> usize {
     texts.filter(|text| is_it(text)).count()
 }
 
+/// Links cross rarely: never in charts with structure, and in charts with links between any steps at most so often.
+#[test]
+fn links_cross_rarely() {
+    let crossings = |text: &str| {
+        let picture = drawn(&parsed(text));
+        let marks = picture.marks.iter();
+        marks.filter(|mark| matches!(mark.shape, Shape::Crossing { .. })).count() as u64
+    };
+    let sum = |all: &mut dyn Iterator<Item = String>| all.map(|text| crossings(&text)).sum::<u64>();
+    let n = rounds(20, 60);
+    let with_structure = sum(&mut (0..n).map(structured));
+    let others = sum(&mut (0..n).map(|it| random_chart(it / 2 * 6 + 1 + it % 2 * 2)));
+    println!("crossings in {n} charts: {with_structure} with structure, {others} without");
+    assert_eq!(with_structure, 0);
+    assert!(others <= 6 * n, "{others}");
+}
+
 /// Links are cut only between pages: on one sheet, every link is a line.
 #[test]
 fn links_are_cut_between_pages_only() {

@@ -1,0 +1,260 @@
+//! The columns of a graph without structure: every node and every link that passes rows is a piece, and the pieces have one order from left to right.
+//!
+//! The rows are the same as with blocks, and `channels` draws the links. A piece has one column in all of its rows: nodes below each other whose only link down is
+//! the one between them are one piece. The order begins as that of the blocks. The columns follow from it: each piece is as near to the pieces that it is linked
+//! with as its neighbours in its rows allow. A piece whose links cross is moved to each other place beside the pieces of its rows, and stays where the finished
+//! drawing has the fewest crossings. The work is limited by a count, so the result does not depend on the machine.
+
+use crate::blocks::Columns;
+use crate::channels::{Placed, Tried, place};
+use crate::order::{Graph, Order};
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::ops::{Range, RangeInclusive};
+
+/// Half the distance between nodes side by side.
+const NODE: i64 = 10;
+/// Half the distance between links side by side.
+const LINK: i64 = 8;
+/// The number of rounds in which pieces move towards those that they are linked with.
+const ROUNDS: usize = 6;
+
+/// What is in one column: nodes below each other with the links between them, or a part of a link.
+#[derive(Debug, Clone, Default)]
+struct Piece {
+    first_row: usize,
+    /// For each row the pixels that it needs to the left and right of its axis.
+    sides: Vec<(i64, i64)>,
+    /// The pieces that it is linked with.
+    linked: Vec<usize>,
+}
+
+impl Piece {
+    fn rows(&self) -> Range<usize> {
+        self.first_row..self.first_row + self.sides.len()
+    }
+}
+
+/// The pieces of a graph.
+#[derive(Debug, Clone, Default)]
+struct Pieces {
+    all: Vec<Piece>,
+    /// The piece of each node.
+    nodes: Vec<usize>,
+    /// For each link its pieces: down, entry and up, as in [`Columns`].
+    links: Vec<[Option<usize>; 3]>,
+}
+
+/// A layout with few crossings. The search begins with the order of `start`, and `work` is the sum of its pieces over all layouts that are
+/// tried.
+pub(crate) fn improved(graph: &Graph, order: &Order, start: &Columns, work: usize) -> Tried {
+    let pieces = Pieces::of(graph, order);
+    let tried =
+        |places: &[usize]| Tried::new(place(graph, order, &pieces.columns(&pieces.axes(places))));
+    let mut places = pieces.order(start);
+    let mut best = tried(&places);
+    let mut left = work / pieces.all.len().max(1);
+    loop {
+        let before = best.cost.0;
+        for piece in pieces.crossing(&best.placed, &pieces.axes(&places)) {
+            let (rest, targets) = pieces.targets(piece, &places);
+            for target in targets {
+                if left == 0 || best.cost.0 == 0 {
+                    return best;
+                }
+                left -= 1;
+                let mut other = rest.clone();
+                other.insert(target, piece);
+                let found = tried(&other);
+                if found.cost < best.cost {
+                    (best, places) = (found, other);
+                }
+            }
+        }
+        if best.cost.0 == before {
+            return best;
+        }
+    }
+}
+
+/// The only link of these that does not lead up.
+fn only(links: &[usize], order: &Order) -> Option<usize> {
+    let mut down = links.iter().copied().filter(|arc| !order.is_back[*arc]);
+    down.next().filter(|_| down.next().is_none())
+}
+
+/// True if a link joins nodes in neighbouring rows and is the only one down from the upper and to the lower node.
+fn is_straight(graph: &Graph, order: &Order, arc: usize) -> bool {
+    let ends = graph.arcs[arc];
+    only(&graph.outs[ends.from], order) == Some(arc)
+        && only(&graph.ins[ends.to], order) == Some(arc)
+        && order.row[ends.from] + 1 == order.row[ends.to]
+}
+
+impl Pieces {
+    fn of(graph: &Graph, order: &Order) -> Self {
+        let n_nodes = graph.nodes.len();
+        let links = vec![[None; 3]; graph.arcs.len()];
+        let mut pieces = Pieces { all: Vec::new(), nodes: vec![0; n_nodes], links };
+        for &node in &order.nodes {
+            let size = &graph.nodes[node];
+            let sides = (size.left + NODE, size.right + NODE);
+            pieces.nodes[node] = match only(&graph.ins[node], order) {
+                Some(arc) if is_straight(graph, order, arc) => {
+                    let piece = pieces.nodes[graph.arcs[arc].from];
+                    pieces.all[piece].sides.push(sides);
+                    piece
+                }
+                _ => pieces.add(order.row[node], vec![sides]),
+            };
+        }
+        for (index, arc) in graph.arcs.iter().enumerate() {
+            let (from, to) = (order.row[arc.from], order.row[arc.to]);
+            let mut add = |rows: RangeInclusive<usize>| {
+                pieces.add(*rows.start(), rows.map(|_| (LINK, LINK)).collect())
+            };
+            let mut own = [None; 3];
+            if order.is_back[index] {
+                let below = order.turns_below(graph, index);
+                let above = order.turns_above(graph, index);
+                own[0] = below.then(|| add(from + 1..=from + 1));
+                own[1] = above.then(|| add(to - 1..=to - 1));
+                own[2] = Some(add(to - usize::from(above)..=from + usize::from(below)));
+            } else if from + 1 < to {
+                own[0] = Some(add(from + 1..=to - 1));
+            }
+            pieces.links[index] = own;
+            let ends = [pieces.nodes[arc.from], pieces.nodes[arc.to]].map(Some);
+            let chain: Vec<usize> =
+                [ends[0], own[0], own[2], own[1], ends[1]].into_iter().flatten().collect();
+            for pair in chain.windows(2).filter(|pair| pair[0] != pair[1]) {
+                pieces.all[pair[0]].linked.push(pair[1]);
+                pieces.all[pair[1]].linked.push(pair[0]);
+            }
+        }
+        pieces
+    }
+
+    fn add(&mut self, first_row: usize, sides: Vec<(i64, i64)>) -> usize {
+        self.all.push(Piece { first_row, sides, linked: Vec::new() });
+        self.all.len() - 1
+    }
+
+    /// The order of a drawing.
+    fn order(&self, columns: &Columns) -> Vec<usize> {
+        let mut x = vec![0; self.all.len()];
+        for (piece, at) in self.nodes.iter().zip(&columns.x) {
+            x[*piece] = *at;
+        }
+        for (index, [down, entry, up]) in self.links.iter().enumerate() {
+            let places = [
+                (down, columns.down[index]),
+                (entry, columns.entry[index]),
+                (up, columns.up[index]),
+            ];
+            for (piece, at) in places {
+                if let (Some(piece), Some(at)) = (piece, at) {
+                    x[*piece] = at;
+                }
+            }
+        }
+        let mut order: Vec<usize> = (0..self.all.len()).collect();
+        order.sort_by_key(|piece| x[*piece]);
+        order
+    }
+
+    /// The pieces in the columns of links that cross, and of the ends of these links; those with most crossings come first.
+    fn crossing(&self, placed: &Placed, axes: &[i64]) -> Vec<usize> {
+        let mut columns: BTreeMap<i64, usize> = BTreeMap::new();
+        let flat = |y: i64| placed.lines.iter().filter(move |line| line[1] == y && line[3] == y);
+        for (x, y) in &placed.crossings {
+            let crossed = flat(*y).filter(|line| line[0] < *x && *x < line[2]);
+            for column in crossed.flat_map(|line| [line[0], line[2]]).chain([*x]) {
+                *columns.entry(column).or_default() += 1;
+            }
+        }
+        let count = |piece: &usize| columns.get(&axes[*piece]).copied().unwrap_or(0);
+        let mut all: Vec<usize> = (0..axes.len()).filter(|piece| count(piece) > 0).collect();
+        all.sort_by_key(|piece| (Reverse(count(piece)), *piece));
+        all
+    }
+
+    /// The order without a piece, and the places where it can be in it.
+    fn targets(&self, piece: usize, places: &[usize]) -> (Vec<usize>, Vec<usize>) {
+        let at = places.iter().position(|it| *it == piece).unwrap_or(0);
+        let rest: Vec<usize> = places.iter().copied().filter(|it| *it != piece).collect();
+        let beside: Vec<usize> =
+            (0..rest.len()).filter(|to| self.share_rows(piece, rest[*to])).collect();
+        // To the left of each neighbour on the left, and to the right of each on the right.
+        let targets = beside.iter().map(|to| if *to < at { *to } else { to + 1 });
+        let targets = targets.collect();
+        (rest, targets)
+    }
+
+    fn share_rows(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.all[a].rows(), self.all[b].rows());
+        a.start < b.end && b.start < a.end
+    }
+
+    /// The axis of each piece for an order of the pieces.
+    fn axes(&self, order: &[usize]) -> Vec<i64> {
+        let n = self.all.len();
+        let n_rows = self.all.iter().map(|piece| piece.rows().end).max().unwrap_or(0);
+        // The last piece of each row, with what it needs to the right.
+        let mut last: Vec<Option<(usize, i64)>> = vec![None; n_rows];
+        let (mut lefts, mut rights) = (vec![Vec::new(); n], vec![Vec::new(); n]);
+        let mut x = vec![0; n];
+        for &piece in order {
+            let own = &self.all[piece];
+            for (row, (left, right)) in own.rows().zip(&own.sides) {
+                let Some((before, by)) = last[row].replace((piece, *right)) else { continue };
+                let by = by + left;
+                if lefts[piece].last() != Some(&(before, by)) {
+                    lefts[piece].push((before, by));
+                    rights[before].push((piece, by));
+                }
+            }
+            let least = lefts[piece].iter().map(|(before, by)| x[*before] + by).max();
+            x[piece] = least.unwrap_or(0);
+        }
+        for round in 0..ROUNDS {
+            let mut pull = |piece: usize| {
+                let linked = &self.all[piece].linked;
+                let Ok(count) = i64::try_from(linked.len()) else { return };
+                if count == 0 {
+                    return;
+                }
+                let wish = linked.iter().map(|it| x[*it]).sum::<i64>().div_euclid(count);
+                let least = lefts[piece].iter().map(|(it, by)| x[*it] + by).max();
+                let most = rights[piece].iter().map(|(it, by)| x[*it] - by).min();
+                x[piece] = wish.min(most.unwrap_or(wish)).max(least.unwrap_or(i64::MIN));
+            };
+            if round % 2 == 0 {
+                order.iter().rev().for_each(|piece| pull(*piece));
+            } else {
+                order.iter().for_each(|piece| pull(*piece));
+            }
+        }
+        let ends = self.all.iter().zip(&x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(left, _)| x - left));
+        let left = ends.min().unwrap_or(0);
+        x.iter().map(|x| x - left).collect()
+    }
+
+    /// The columns by the axes of the pieces.
+    fn columns(&self, x: &[i64]) -> Columns {
+        let of = |which: usize| {
+            let pieces = self.links.iter().map(|own| own[which]);
+            pieces.map(|piece| piece.map(|piece| x[piece])).collect()
+        };
+        let ends = self.all.iter().zip(x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
+        Columns {
+            x: self.nodes.iter().map(|piece| x[*piece]).collect(),
+            down: of(0),
+            entry: of(1),
+            up: of(2),
+            extent: (0, ends.max().unwrap_or(0)),
+        }
+    }
+}
