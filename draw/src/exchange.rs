@@ -13,7 +13,7 @@ use crate::order::{Graph, Order};
 /// The work for one graph: the sum of its nodes over all layouts that are tried.
 const WORK: usize = 6_000;
 /// The same for the search without blocks: the sum of the pieces of the graph.
-const WORK_OF_PIECES: usize = 24_000;
+const WORK_OF_PIECES: usize = 8_000;
 /// A larger graph is laid out only once.
 const MOST_NODES: usize = 600;
 
