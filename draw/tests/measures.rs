@@ -146,7 +146,7 @@ fn links_cross_rarely() {
     let others = sum(&mut (0..n).map(|it| random_chart(it / 2 * 6 + 1 + it % 2 * 2)));
     println!("crossings in {n} charts: {with_structure} with structure, {others} without");
     assert_eq!(with_structure, 0);
-    assert!(others <= 6 * n, "{others}");
+    assert!(others <= 7 * n, "{others}");
 }
 
 /// Links are cut only between pages: on one sheet, every link is a line.
