@@ -356,6 +356,10 @@ fn shapes(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
         let (first, last) = (top.max(high.start), bottom.min(high.end));
         let is_whole = (from, to, first, last) == (left, right, top, bottom);
         let is_link = mark.link.is_some() && matches!(mark.shape, Shape::Line { .. });
+        if !is_whole && is_link && (from, first) == (to, last) {
+            // It only touches this page.
+            continue;
+        }
         if !is_whole && is_link {
             let shape = Shape::Line { from: (from, first), to: (to, last), pen: Pen::Line };
             out.marks.push(Mark { shape, ..mark.clone() });

@@ -106,7 +106,8 @@ fn assembled(svgs: &[String]) -> Result<Shapes, String> {
         };
         let ((x1, y1), (x2, y2)) = (at(page, end), at(other, start));
         if side == Side::Bottom {
-            all.links.push(Line { x1, y1, x2, y2 });
+            // Pages that were placed by other links may meet here already.
+            all.links.extend(((x1, y1) != (x2, y2)).then_some(Line { x1, y1, x2, y2 }));
             continue;
         }
         if (x1, y1) != (x2, y2) {
