@@ -52,7 +52,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 29_320),
     ("code lines of ir", 20_950),
     ("code lines of driver", 13_960),
-    ("code lines of all crates", 188_140),
+    ("code lines of all crates", 188_160),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),
