@@ -179,7 +179,7 @@ impl Pieces {
         all
     }
 
-    /// The order without a piece, and the places where it can be in it.
+    /// The order without a piece, and the places in that order where the piece can be put.
     fn targets(&self, piece: usize, places: &[usize]) -> (Vec<usize>, Vec<usize>) {
         let at = places.iter().position(|it| *it == piece).unwrap_or(0);
         let rest: Vec<usize> = places.iter().copied().filter(|it| *it != piece).collect();

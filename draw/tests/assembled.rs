@@ -1,4 +1,4 @@
-//! Pages as one drawing again: only what is printed on them, the marks at the ends of cut links too, says how they belong together.
+//! The pages of a drawing, joined again: how they belong together is read only from what is printed on them, such as the marks at the ends of cut links.
 
 use crate::expected::Vocabulary;
 use crate::random::random_chart;

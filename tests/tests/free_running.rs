@@ -245,7 +245,7 @@ impl<'a> Piece<'a> {
         chips.chain([Piece::Cpu(Box::new(simulator))]).collect()
     }
 
-    /// One reaction with these values at the pins; returns what is shown then.
+    /// Makes one reaction with these values at the pins. Returns the outputs after it.
     fn react(
         &mut self,
         of_part: &PartNet,

@@ -16,7 +16,7 @@ use grafsynth_verify::{Event, Race, Unlike};
 use super::runs::Episode;
 use super::{Piece, circuits};
 
-/// Why a race is not shown by a replay: before the chip has read what it should read, it does something else.
+/// Why a replay does not show a race: the chip moves before it has read what the race needs.
 pub(crate) const EARLY: &str = "a chip moves while its inputs arrive";
 
 /// How a race is shown by the parts.

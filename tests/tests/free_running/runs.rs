@@ -17,7 +17,7 @@ pub(crate) struct Episode {
 pub(crate) type Run = (Vec<Vec<i64>>, State);
 
 impl Episode {
-    /// All runs of the net from a state at rest, with its inputs and what is shown; `None` if one of them does not come to rest.
+    /// All runs of the net from a state at rest; `rest` has the inputs and what is shown there. `None` if a run does not come to rest.
     pub(crate) fn runs(
         &self,
         net: &Valid<Net>,

@@ -166,7 +166,7 @@ impl Attempt<'_> {
         true
     }
 
-    /// True if what is left of a check is false in each of its cases, each given by the literals of its steps that are true.
+    /// True if the rest of a check is false in each of its cases. A case is given by literals: which of its steps is active, and which are not.
     fn each_case(
         &mut self,
         split: &Split,
@@ -196,7 +196,7 @@ impl Attempt<'_> {
             })
     }
 
-    /// The checks that the cases of a component do not answer, under what is assumed in a query.
+    /// Answers checks case by case, under the assumptions of a query. Returns those that stay open.
     pub(super) fn unsettled_in_cases(
         &mut self,
         checks: Vec<Check>,

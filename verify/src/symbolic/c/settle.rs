@@ -1,4 +1,4 @@
-//! The questions of a cut evolution, answered together under what is assumed there.
+//! Answers the questions about one part of a cut evolution together, under the assumptions that hold there.
 
 use batsat::lbool;
 
@@ -10,7 +10,7 @@ use crate::symbolic::sweep::Query;
 
 /// The conflicts for all questions about one part, as a multiple of the limit for one question.
 const EFFORT: u64 = 8;
-/// The conflicts for a question at first; what is open then is compared value by value.
+/// The conflicts for a question in the first try. Questions that stay open are tried case by case, and then value by value.
 const QUICK: u64 = 1_000;
 
 impl Attempt<'_> {
