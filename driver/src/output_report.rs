@@ -85,6 +85,8 @@ pub enum OutputProof {
         reactions: u64,
         /// The stimuli that this applies to.
         scope: Scope,
+        /// True if undefined behaviour is excluded: by the proof of the text, or because the program would have stopped at it.
+        is_defined: bool,
     },
     /// The text of the C, read back, gives the rows of the net for every stimulus of any length.
     Text {
@@ -552,12 +554,20 @@ impl std::fmt::Display for OutputProof {
                 let functions = counted(*n, "function", "functions");
                 write!(f, "read back and proved equal to the Verilog by induction: {functions}")
             }
-            OutputProof::Run { states, reactions, scope } => write!(
-                f,
-                "compiled and proved by enumeration: {}, {}, {scope}",
-                counted(*states, "state", "states"),
-                counted(*reactions, "reaction", "reactions")
-            ),
+            OutputProof::Run { states, reactions, scope, is_defined } => {
+                write!(
+                    f,
+                    "compiled and proved by enumeration: {}, {}, {scope}",
+                    counted(*states, "state", "states"),
+                    counted(*reactions, "reaction", "reactions")
+                )?;
+                if !is_defined {
+                    f.write_str(
+                        " (undefined behaviour was not looked for: the C compiler has no sanitizers)",
+                    )?;
+                }
+                Ok(())
+            }
             OutputProof::Text { induction, ran } => {
                 write!(f, "read back and {induction}, {}", Scope::EveryStimulus)?;
                 match ran {

@@ -10,6 +10,7 @@ use grafsynth_sim::{InputRow, Stimulus, Trace, TraceLayout};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// The emitted C, compiled by the host's C compiler.
@@ -65,6 +66,26 @@ impl Engine for CEngine {
         }
         parse(job.net, &run.stdout)
     }
+}
+
+/// The flags with which a program stops at undefined behaviour: an overflow, an index or an address outside its array, a shift that is too wide.
+const SANITIZERS: [&str; 3] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g1"];
+
+/// The environment of a program with sanitizers. The exit code differs from those of the harness; memory that is not freed is no fault of a chart.
+pub(crate) const SANITIZER_OPTIONS: [(&str, &str); 2] =
+    [("ASAN_OPTIONS", "exitcode=99:detect_leaks=0"), ("UBSAN_OPTIONS", "exitcode=99")];
+
+/// The flags of the sanitizers, or none if programs with them cannot be compiled or run here.
+pub(crate) fn sanitizers() -> &'static [&'static str] {
+    static WORK: OnceLock<bool> = OnceLock::new();
+    let work = *WORK.get_or_init(|| {
+        let Ok(program) = compile_text("int main(void) { return 0; }\n", &SANITIZERS) else {
+            return false;
+        };
+        let run = tools::run(&program.path, &[], program.folder.path(), b"", LIMIT);
+        run.is_ok_and(|run| run.is_success)
+    });
+    if work { &SANITIZERS } else { &[] }
 }
 
 /// The trace that a harness printed.

@@ -10,10 +10,10 @@
 //! bits, and the largest `dt`. If this is too much work, it tries those at, before and after each threshold, and reports that it is not a proof for every `dt`.
 
 use crate::executed::{Instance, Trouble};
-use crate::explorer::{Difference, Explorer, Runner, Start, differs, push};
+use crate::explorer::{Build, Difference, Explorer, Runner, Start, differs, push};
 pub use crate::interpreted::Text;
 use crate::unread_inputs::unread_inputs;
-use crate::{tested, tools};
+use crate::{c, tested, tools};
 use grafsynth_backend_c::Package;
 use grafsynth_driver::report::{
     Note, OutputFault, OutputProof, OutputReport, OutputVerdict, Ran, RowFault,
@@ -145,14 +145,17 @@ fn verdict(
     }
     let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
     let mut reasons = Vec::new();
+    // A run is no evidence if it depends on undefined behaviour; the proof of the text excludes that.
+    let needs_sanitizers = read.is_err() && read != Err(OpenReason::NotAsked);
+    let runner = Runner::Compiled(if needs_sanitizers { Build::Sanitized } else { Build::Plain });
     if read != Err(OpenReason::NotAsked) {
-        match proof(net, package, limits, Runner::Compiled, reactions)? {
+        match proof(net, package, limits, runner, reactions)? {
             Proof::Verdict(verdict) => return Ok(verdict),
             Proof::None(reason) => reasons.push(reason),
         }
     }
-    Ok(match (tested::run(net, package, Runner::Compiled, 1, tested::REACTIONS)?, read) {
-        (tested::Answer::Different(found), _) => refuted(net, package, Runner::Compiled, found),
+    Ok(match (tested::run(net, package, runner, 1, tested::REACTIONS)?, read) {
+        (tested::Answer::Different(found), _) => refuted(net, package, runner, found),
         (tested::Answer::Equal(tested), Ok(induction)) => {
             OutputVerdict::Proved(OutputProof::Text { induction, ran: Ok(tested) })
         }
@@ -272,8 +275,14 @@ fn proof(
         search.explore((&started.row, started.instance), bound, limits.pairs.min(ticks))?;
     Ok(match explored {
         Explored::Equal { states, reactions, scope: Scope::EveryStimulus } => {
-            let (states, scope) = (states as u64, Scope::EveryStimulus);
-            Proof::Verdict(OutputVerdict::Proved(OutputProof::Run { states, reactions, scope }))
+            Proof::Verdict(OutputVerdict::Proved(OutputProof::Run {
+                states: states as u64,
+                reactions,
+                scope: Scope::EveryStimulus,
+                // A plain build is only used for a text that is proved.
+                is_defined: !matches!(runner, Runner::Compiled(Build::Sanitized))
+                    || !c::sanitizers().is_empty(),
+            }))
         }
         Explored::Equal { states, reactions, scope } => {
             Proof::None(OpenReason::RunOnlyFor { scope, states: states as u64, reactions })

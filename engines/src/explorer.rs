@@ -10,7 +10,9 @@ use grafsynth_ir::instance::Representation;
 use grafsynth_ir::net::Net;
 use grafsynth_sim::{InputRow, Row, TraceLayout};
 use std::fmt::Write as _;
+use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write as _};
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -30,11 +32,20 @@ pub(crate) struct Difference {
     pub(crate) cell: Cell,
 }
 
+/// How a chart is compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Build {
+    /// As written.
+    Plain,
+    /// With sanitizers where the compiler has them, so that undefined behaviour ends the program.
+    Sanitized,
+}
+
 /// How the C is executed.
 #[derive(Clone, Copy)]
 pub(crate) enum Runner<'n> {
     /// Compiled, as a program of its own.
-    Compiled,
+    Compiled(Build),
     /// From its tree, with the interface: the representation without a state.
     Tree(&'n Text<'n>, &'n Representation),
 }
@@ -58,8 +69,8 @@ impl<'n> Explorer<'n> {
         runner: Runner<'n>,
     ) -> Result<Started<'n>, Trouble> {
         match runner {
-            Runner::Compiled => {
-                let (process, row, instance) = Process::start(net, package)?;
+            Runner::Compiled(build) => {
+                let (process, row, instance) = Process::start(net, package, build)?;
                 Ok(Started { explorer: Explorer::Compiled(process), row, instance })
             }
             Runner::Tree(text, interface) => {
@@ -99,7 +110,7 @@ pub(crate) struct Process {
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
     /// Keeps the folder of the program until the program has ended.
-    _program: c::Program,
+    program: c::Program,
 }
 
 /// A chart in C after `init`.
@@ -127,9 +138,17 @@ impl Process {
     ///
     /// # Errors
     /// The output of the compiler, or the reason why the program does not run.
-    fn start(net: &Valid<Net>, package: &Package) -> Result<(Process, String, Instance), Trouble> {
+    fn start(
+        net: &Valid<Net>,
+        package: &Package,
+        build: Build,
+    ) -> Result<(Process, String, Instance), Trouble> {
         let main = grafsynth_backend_c::explorer(net, package);
-        let program = match c::compile(package, &main, &FLAGS) {
+        let mut flags = FLAGS.to_vec();
+        if build == Build::Sanitized {
+            flags.extend(c::sanitizers());
+        }
+        let program = match c::compile(package, &main, &flags) {
             Ok(program) => program,
             Err(c::CompileError::Machine(why)) => return Err(Trouble::Machine(why)),
             Err(c::CompileError::Refused(words)) => {
@@ -143,9 +162,10 @@ impl Process {
             }
         };
         let mut child = Command::new(&program.path)
+            .envs(c::SANITIZER_OPTIONS)
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
-            .stderr(Stdio::null())
+            .stderr(create(&said(&program)))
             .spawn()
             .map_err(|error| {
                 Trouble::Machine(format!("the compiled chart cannot be started: {error}"))
@@ -159,7 +179,7 @@ impl Process {
             child,
             input: Some(input),
             output: BufReader::with_capacity(1 << 16, output),
-            _program: program,
+            program,
         };
         let mut first = (String::new(), 0);
         explorer.batch("", |output| {
@@ -249,10 +269,48 @@ impl Process {
             Some(status) if status.code() == Some(1) => {
                 Trouble::Machine("the compiled chart ran out of memory".to_owned())
             }
-            Some(status) => Trouble::Chart(format!("the compiled chart crashed: {status}")),
+            Some(status) => {
+                Trouble::Chart(match undefined_behaviour(&read(&said(&self.program))) {
+                    Some(what) => format!("the compiled chart has undefined behaviour: {what}"),
+                    None => format!("the compiled chart crashed: {status}"),
+                })
+            }
             None => ended(),
         }
     }
+}
+
+/// The file with the standard error of a program.
+fn said(program: &c::Program) -> PathBuf {
+    program.folder.path().join("stderr")
+}
+
+#[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_default()
+}
+
+#[expect(clippy::disallowed_methods, reason = "engines work in temporary folders")]
+fn create(path: &Path) -> Stdio {
+    File::create(path).map_or_else(|_| Stdio::null(), Stdio::from)
+}
+
+/// What a sanitizer reported, with the place: `plant.c:12:5: index 4 out of bounds for type 'uint8_t [4]'`.
+fn undefined_behaviour(said: &str) -> Option<String> {
+    said.lines().find_map(|line| {
+        if let Some((place, what)) = line.split_once(": runtime error: ") {
+            return Some(format!("{}: {what}", file_name(place)));
+        }
+        let (_, summary) = line.split_once("SUMMARY: AddressSanitizer: ")?;
+        let mut words = summary.split_whitespace();
+        let (what, place) = (words.next()?, words.next().unwrap_or_default());
+        Some(format!("{}: {what}", file_name(place)))
+    })
+}
+
+/// A place without its folder, which is temporary.
+fn file_name(place: &str) -> &str {
+    place.rsplit_once(['/', '\\']).map_or(place, |(_, name)| name)
 }
 
 fn ended() -> Trouble {

@@ -146,6 +146,36 @@ fn no_mutant_that_differs_is_called_proved() {
     assert!(count(Fate::Missed) * 50 <= mutants.len(), "the test detects nearly all of them");
 }
 
+#[test]
+fn a_run_that_survives_undefined_behaviour_is_no_proof() {
+    if tools::c_compiler().is_none() {
+        assert!(std::env::var_os("CI").is_none(), "CI must have a C compiler");
+        println!("skipped: no C compiler is installed");
+        return;
+    }
+    let net = chart("follower.graf", include_str!("../../examples/line-follower/follower.graf"));
+    let facts = facts(&net, &few());
+    let options = Options { style: Style::Program, ..Options::default() };
+    let mut package = grafsynth_backend_c::emit(&net, &facts, &options).expect("it is emitted");
+    let check = |package: &Package| {
+        let read = read(&net, &facts, package);
+        exhaustive::check("follower.c", &net, package, &Limits::default(), read).expect("compiles")
+    };
+    assert_eq!(check(&package).outcome(), Outcome::Proved);
+
+    // The loop that clears the values at a reset runs beyond them; what is behind them is used by nobody.
+    let engine = package.files.iter_mut().find(|it| it.name == "grafsynth_program.c");
+    let text = &mut engine.expect("the engine is a file of the package").text;
+    let last = text.rfind("gs_u16(image, GP_AT_VALUES)").expect("the loop reads their number");
+    text.replace_range(last.., &text[last..].replacen("GP_AT_VALUES", "GP_BODY", 1));
+    let report = check(&package).to_string();
+    assert!(
+        report.contains("undefined behaviour: grafsynth_program.c:")
+            || report.contains("undefined behaviour was not looked for"),
+        "{report}"
+    );
+}
+
 /// Limits that all charts except the gravel plant stay far below; the gravel plant exceeds even the usual limits.
 fn few() -> Limits {
     Limits { pairs: 100_000, ..Limits::default() }
