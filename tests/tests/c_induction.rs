@@ -208,11 +208,30 @@ const CIRCLE: &str = "chart circle {
 }
 ";
 
+/// `q` and `d` share a timer, because a search shows that `d` is never active: `n` is 0 or 5. Where `n` is 1, a reaction makes `d` active beside `q`.
+const AFTER: &str = "chart after {
+    tick 10 ms
+    evolution single
+    input go
+    output o, w
+    var n: int 0..9 = 0
+    initial step p { entry { n := if n = 0 then 5 else 0 } }
+    step q { o if q.t >= 30 ms }
+    step r
+    step d { w if d.t >= 20 ms }
+    p -> q & r when go
+    r -> r & d when n = 1
+    q & r -> p when not go
+    d -> q when not go
+}
+";
+
 #[test]
 fn facts_about_reachable_states_complete_the_induction() {
     let cases = [
         ("deeper.graf", DEEPER, "out->o = self->q;", "out->o = self->q || self->s;"),
         ("circle.graf", CIRCLE, "out->o = self->p;", "out->o = self->p || self->u;"),
+        ("after.graf", AFTER, ">= 3U", ">= 4U"),
         ("stuck.graf", STUCK, "(self->p && in->go) || self->q;", "self->p || self->q;"),
     ];
     for (name, text, old, new) in cases {

@@ -236,7 +236,24 @@ impl Attempt<'_> {
         let mut known = vec![!self.overrun, self.reachable_situation(&support)];
         let is_read = |lit: &&Lit| support.contains(&lit.negate_if(lit.is_negated()));
         known.extend(self.stuck().iter().filter(is_read));
+        let answer = self.satisfiable(broken, &known, case, limits);
+        if !matches!(answer, Some(Some(_))) {
+            return answer;
+        }
+        let next = self.stay_inactive();
+        if next.is_empty() {
+            return answer;
+        }
+        known.extend(next);
         self.satisfiable(broken, &known, case, limits)
+    }
+
+    /// What is true of every reachable state after a reaction too: a step that is never active is not active then, unless the reaction fails.
+    fn stay_inactive(&mut self) -> Vec<Lit> {
+        let (Some(next), false) = (&self.next, self.of.is_cut) else { return Vec::new() };
+        let never = self.of.facts.unreachable_steps.iter().map(|step| next.active[step.index()]);
+        let never: Vec<Lit> = never.filter(|lit| *lit != Lit::FALSE).collect();
+        never.into_iter().map(|lit| self.model.maker.aig.or(self.fault, !lit)).collect()
     }
 
     /// The literals of the state that are true in every reachable state, because their bits never change.

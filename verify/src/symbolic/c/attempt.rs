@@ -64,6 +64,8 @@ pub(super) struct Attempt<'a> {
     pub(super) constant_in_loop: BTreeSet<Lit>,
     /// True if the reaction of the net takes more micro-steps than any reachable one.
     pub(super) overrun: Lit,
+    /// True if the reaction of the net fails.
+    pub(super) fault: Lit,
     /// The literals of the net's state that are true in every reachable state, once a question needs them.
     pub(super) stuck: Option<Vec<Lit>>,
     /// The state of the net after the reaction.
@@ -128,6 +130,7 @@ impl<'a> Attempt<'a> {
             asked_here: BTreeMap::new(),
             constant_in_loop: BTreeSet::new(),
             overrun: Lit::FALSE,
+            fault: Lit::FALSE,
             stuck: None,
             next: None,
             time_bits: Vec::new(),
@@ -219,6 +222,7 @@ impl<'a> Attempt<'a> {
         checks.extend(self.related(&next, fault, &memory)?);
         self.next_times(&memory)?;
         self.next = Some(next);
+        self.fault = fault;
         checks.extend(self.shown_outputs(&outputs, &memory)?);
         if let Some(name) = &self.of.hint.fault {
             let value = self.ask(name, &memory)?;
