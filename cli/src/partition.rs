@@ -82,51 +82,77 @@ pub(crate) fn parts(
     options: &[String],
     written: &split::Written,
 ) -> Result<Vec<RequestedPart>, Stop> {
-    let mut all: Vec<(String, String)> = Vec::new();
+    let mut wrong = Vec::new();
+    let mut all: Vec<(&str, &str)> = Vec::new();
     for text in options {
-        let Some((name, device)) = text.split_once('=') else {
-            return Err(Stop::Usage(format!("expected --part NAME=DEVICE, found `{text}`")));
-        };
-        all.push((name.to_owned(), device.to_owned()));
+        match text.split_once('=') {
+            Some(part) => all.push(part),
+            None => wrong.push(format!("expected --part NAME=DEVICE, found `{text}`")),
+        }
     }
-    if all.is_empty() {
-        all.clone_from(&written.parts);
+    if options.is_empty() {
+        all.extend(written.parts.iter().map(|(name, device)| (name.as_str(), device.as_str())));
     }
     let mut parts: Vec<RequestedPart> = Vec::new();
     for (name, device) in all {
-        let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if name.is_empty() || !name.chars().all(is_word) {
-            return Err(Stop::Usage(format!(
-                "`{name}` cannot be the name of a part: use letters, digits and `_`"
-            )));
+        wrong.extend(wrong_name(name, &parts));
+        match PartDevice::named(device) {
+            Some(device) => parts.push(RequestedPart { name: name.to_owned(), device }),
+            None => {
+                let near = PartDevice::near(device)
+                    .map(|near| format!(", did you mean `{near}`?"))
+                    .unwrap_or_default();
+                wrong.push(format!(
+                    "unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
+                ));
+            }
         }
-        if ["link", "link_pins", "wiring"].contains(&name.as_str()) {
-            return Err(Stop::Usage(format!(
-                "a part cannot be called `{name}`: files of the link have this name"
-            )));
-        }
-        if parts.iter().any(|part| part.name == name) {
-            return Err(Stop::Usage(format!("two parts have the name `{name}`")));
-        }
-        let Some(found) = PartDevice::named(&device) else {
-            let near = PartDevice::near(&device)
-                .map(|near| format!(", did you mean `{near}`?"))
-                .unwrap_or_default();
-            return Err(Stop::Usage(format!(
-                "unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
-            )));
-        };
-        parts.push(RequestedPart { name, device: found });
     }
-    let is_cpu = |part: &RequestedPart| matches!(part.device, PartDevice::Cpu(_));
-    if parts.len() < 2 || parts.iter().filter(|part| is_cpu(part)).count() != 1 {
-        return Err(Stop::Usage(
-            "a split needs one CPU and at least one chip, for example `--part chip=gal22v10 --part cpu=atmega328p`"
-                .to_owned(),
-        ));
+    if wrong.is_empty() {
+        wrong.extend(wrong_number(&parts));
+    }
+    if !wrong.is_empty() {
+        return Err(Stop::Usage(wrong.join("\n")));
     }
     parts.sort_by_key(is_cpu);
     Ok(parts)
+}
+
+fn is_cpu(part: &RequestedPart) -> bool {
+    matches!(part.device, PartDevice::Cpu(_))
+}
+
+/// Why the next part cannot have this name.
+fn wrong_name(name: &str, parts: &[RequestedPart]) -> Option<String> {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    if name.is_empty() || !name.chars().all(is_word) {
+        return Some(format!("`{name}` cannot be the name of a part: use letters, digits and `_`"));
+    }
+    if ["link", "link_pins", "wiring"].contains(&name) {
+        return Some(format!("a part cannot be called `{name}`: files of the link have this name"));
+    }
+    let is_taken = parts.iter().any(|part| part.name == name);
+    is_taken.then(|| format!("two parts have the name `{name}`"))
+}
+
+/// Why these parts are too few or too many for a split.
+fn wrong_number(parts: &[RequestedPart]) -> Option<String> {
+    let cpus: Vec<&str> =
+        parts.iter().filter(|part| is_cpu(part)).map(|part| part.name.as_str()).collect();
+    match cpus.as_slice() {
+        [] if parts.is_empty() => Some(
+            "a split needs one CPU and at least one chip, for example `--part chip=gal22v10 --part cpu=atmega328p`"
+                .to_owned(),
+        ),
+        [] => Some("none of the parts is a CPU: add one, for example `--part cpu=atmega328p`".to_owned()),
+        [_] if parts.len() == 1 => {
+            Some("none of the parts is a chip: add one, for example `--part chip=gal22v10`".to_owned())
+        }
+        [_] => None,
+        [first, second, ..] => {
+            Some(format!("`{first}` and `{second}` are CPUs, but a split has only one"))
+        }
+    }
 }
 
 /// The places from the chart, the partition file and the options.
@@ -192,10 +218,12 @@ pub(crate) fn places(
     for (name, part, at) in all {
         let item = split::item(net, &name);
         if item.is_none() {
-            let near = did_you_mean(&name, split::item_names(net));
-            wrong.push(format!(
-                "{at}unknown step, transition, variable, output or action `{name}`{near}"
-            ));
+            wrong.push(if net.inputs.values().any(|input| input.name.text == name) {
+                format!("{at}`{name}` is an input: it is wired to each part that reads it, and has no place")
+            } else {
+                let near = did_you_mean(&name, split::item_names(net));
+                format!("{at}unknown step, transition, variable, output or action `{name}`{near}")
+            });
         }
         let found = parts.iter().position(|it| it.name == part);
         if found.is_none() {

@@ -300,6 +300,7 @@ fn unplaced(
     let one = match why {
         Unplaced::Places(one, other) => {
             let (a, b) = (one.item.describe(net), other.item.describe(net));
+            let (first, second) = (part(one.part), part(other.part));
             let chain: Vec<String> = groups
                 .chain(one.item, other.item)
                 .iter()
@@ -308,12 +309,14 @@ fn unplaced(
                     format!("{one} {} {other}", bond.why.text())
                 })
                 .collect();
-            let message = format!(
-                "{a} is placed on `{}` and {b} on `{}`, but they cannot be separated: {}",
-                part(one.part),
-                part(other.part),
-                chain.join(", ")
-            );
+            let message = if one.item == other.item {
+                format!("{a} is placed on `{first}` and on `{second}`")
+            } else {
+                let why = chain.join(", ");
+                format!(
+                    "{a} is placed on `{first}` and {b} on `{second}`, but they cannot be separated: {why}"
+                )
+            };
             let found = Diagnostic::error(APART, message).help("remove one of the placements");
             written_at(written_at(found, one.span), other.span)
         }
