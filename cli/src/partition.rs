@@ -58,6 +58,7 @@ pub(crate) fn engine(
         stem: &stem,
         options: &options,
         compile: COMPILE,
+        told: |_| (),
     };
     let engine = split::split(net, &request)
         .and_then(|split| SplitEngine::new(net, split, &parts, &stem, of_cpu));

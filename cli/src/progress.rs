@@ -9,13 +9,14 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_secs(2);
 const TICK: Duration = Duration::from_millis(120);
 
-/// The current task, and the line that shows it.
+/// The current task, what is known so far, and the line that shows both.
 struct Now {
     doing: String,
+    known: String,
     line: Option<ProgressBar>,
 }
 
-static NOW: Mutex<Now> = Mutex::new(Now { doing: String::new(), line: None });
+static NOW: Mutex<Now> = Mutex::new(Now { doing: String::new(), known: String::new(), line: None });
 
 fn now() -> std::sync::MutexGuard<'static, Now> {
     NOW.lock().unwrap_or_else(PoisonError::into_inner)
@@ -33,7 +34,7 @@ pub(crate) fn begin() {
             line.set_style(style);
         }
         let mut now = now();
-        line.set_message(now.doing.clone());
+        line.set_message(now.text());
         line.set_elapsed(PATIENCE);
         line.enable_steady_tick(TICK);
         now.line = Some(line);
@@ -44,16 +45,33 @@ pub(crate) fn begin() {
 
 /// Sets the current task.
 pub(crate) fn doing(what: String) {
-    let mut now = now();
-    if let Some(line) = &now.line {
-        line.set_message(what.clone());
-    }
-    now.doing = what;
+    now().set(what, String::new());
 }
 
-/// The current task.
+/// Sets what is known so far about the current task.
+pub(crate) fn known(what: String) {
+    let mut now = now();
+    let doing = now.doing.clone();
+    now.set(doing, what);
+}
+
+/// The current task, and what is known so far.
 pub(crate) fn what() -> String {
-    now().doing.clone()
+    now().text()
+}
+
+impl Now {
+    fn set(&mut self, doing: String, known: String) {
+        (self.doing, self.known) = (doing, known);
+        if let Some(line) = &self.line {
+            line.set_message(self.text());
+        }
+    }
+
+    fn text(&self) -> String {
+        let Now { doing, known, .. } = self;
+        if known.is_empty() { doing.clone() } else { format!("{doing} ({known})") }
+    }
 }
 
 /// Runs `print` with the progress line removed, so that the two do not mix.

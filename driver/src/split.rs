@@ -111,6 +111,36 @@ pub struct Request<'a> {
     pub options: &'a BuildOptions,
     /// How the part on the CPU is compiled, to know how much memory it needs; `None` for estimates.
     pub compile: Option<Compile>,
+    /// Called whenever the search knows more.
+    pub told: fn(SoFar),
+}
+
+/// What the search for the best partition knows before it ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SoFar {
+    /// What is minimised.
+    pub objective: Objective,
+    /// The objective of the best partition so far whose devices hold their parts.
+    pub value: Option<i64>,
+    /// No partition that fits has a smaller objective, as far as is known.
+    pub bound: Option<i64>,
+    /// The number of partitions that were built.
+    pub builds: usize,
+}
+
+impl std::fmt::Display for SoFar {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let built = counted(self.builds, "partition", "partitions");
+        let unit = self.objective.unit();
+        match self.value {
+            Some(value) => write!(f, "best so far: {value} {unit}")?,
+            None => write!(f, "none fits so far")?,
+        }
+        if let Some(bound) = self.bound {
+            write!(f, "; every partition that fits has at least {}", bound.max(0))?;
+        }
+        write!(f, "; {built} built")
+    }
 }
 
 /// One part with its outputs.

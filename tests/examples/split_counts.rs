@@ -93,6 +93,7 @@ fn row(net: &Valid<Net>, objective: Objective) -> (String, bool) {
         stem: &stem,
         options: &options,
         compile: Some(sizes),
+        told: |_| (),
     };
     let steps = net.steps.len();
     let start = Instant::now();

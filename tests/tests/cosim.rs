@@ -84,6 +84,7 @@ fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
         stem: &stem,
         options: &options,
         compile: None,
+        told: |_| (),
     };
     split(net, &request).ok().filter(|split| !split.division.wires.is_empty())
 }

@@ -731,6 +731,7 @@ fn a_microsecond_needs_a_chip_with_a_clock_of_its_own() {
             stem: &stem,
             options: &options,
             compile: None,
+            told: |_| (),
         };
         let split = split(&net, &request).expect("it fits");
         let t2 = net.transitions.iter().find(|(_, it)| it.name.text == "t2");

@@ -93,6 +93,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
                 stem,
                 options: &options,
                 compile,
+                told: |_| (),
             };
             split(&net, &request)
         };

@@ -52,6 +52,7 @@ fn split_on(
         stem: &stem,
         options: &options,
         compile,
+        told: |_| (),
     };
     split(net, &request)
 }

@@ -4,7 +4,7 @@ use grafsynth_driver::pipeline::BuildOptions;
 use grafsynth_driver::report::document::Block;
 use grafsynth_driver::report::{json, markdown};
 use grafsynth_driver::split::{
-    Linked, Objective, PartDevice, Request, RequestedPart, Split, link, report, split,
+    Linked, Objective, PartDevice, Request, RequestedPart, SoFar, Split, link, report, split,
 };
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::Valid;
@@ -12,6 +12,7 @@ use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
 use grafsynth_split::link::check;
 use grafsynth_tests::chart;
+use std::sync::Mutex;
 
 /// A statechart with an encoder of six buttons, which nothing else reads.
 const PANEL: &str = "chart panel {
@@ -43,6 +44,7 @@ fn request<'a>(
         stem,
         options,
         compile: None,
+        told: |_| (),
     }
 }
 
@@ -101,4 +103,25 @@ fn a_report_names_every_object_wire_and_connection() {
         assert!(text.contains(name), "{name}");
     }
     assert!(json(&document).contains("\"partition\""));
+}
+
+#[test]
+fn a_search_tells_the_best_partition_so_far_and_its_gap() {
+    static TOLD: Mutex<Vec<SoFar>> = Mutex::new(Vec::new());
+    let net = chart("panel.graf", PANEL);
+    let (parts, stem, options) = (parts(), FileStem::of_name("panel"), BuildOptions::default());
+    let told = |so_far| TOLD.lock().expect("no test has failed").push(so_far);
+    let request = Request { told, ..request(&parts, Objective::Cells, (&stem, &options)) };
+    let split = split(&net, &request).expect("it fits");
+    let told = TOLD.lock().expect("no test has failed").clone();
+    let (first, last) = (told.first().expect("it tells"), told.last().expect("it tells"));
+    assert_eq!(first.to_string(), "none fits so far; 1 partition built");
+    assert_eq!((last.value, last.builds), (Some(split.value), split.builds));
+    for pair in told.windows(2) {
+        assert!(pair[0].value.is_none_or(|value| pair[1].value.is_some_and(|new| new <= value)));
+        assert!(pair[0].bound <= pair[1].bound && pair[0].builds <= pair[1].builds);
+    }
+    // A bound above the best value means that no better partition is left.
+    assert!(last.bound.is_none_or(|bound| bound.min(split.value) == split.bound), "{last:?}");
+    assert!(told.iter().any(|it| it.to_string().starts_with("best so far: ")), "{told:?}");
 }

@@ -69,6 +69,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         stem: &stem,
         options: &options,
         compile: COMPILE,
+        told: |so_far| progress::known(so_far.to_string()),
     };
     progress::doing(format!("splitting {}", net.name));
     let mut split = match split::split(net, &request) {
@@ -161,6 +162,7 @@ fn explore(
                 stem: &stem,
                 options: &options,
                 compile: COMPILE,
+                told: |so_far| progress::known(so_far.to_string()),
             };
             match split::costs(net, &request) {
                 Ok(costs) => found.push((devices.clone(), objective, costs)),

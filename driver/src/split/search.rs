@@ -9,7 +9,7 @@
 use super::free::late_on_cpu;
 use super::link::link_parts;
 use super::memory::{Memory, memory};
-use super::{BuiltPart, PartDevice, Request, build_part, misfit, spec, unplaced};
+use super::{BuiltPart, PartDevice, Request, SoFar, build_part, misfit, spec, unplaced};
 use crate::built::BuildOptions;
 use crate::codes;
 use crate::pipeline;
@@ -64,6 +64,8 @@ pub(super) fn search(
         builds: 0,
         last: Vec::new(),
         least_excess: u64::MAX,
+        value: None,
+        bound: None,
     };
     let first = search.by_estimates();
     search.by_bounds(first)
@@ -81,6 +83,9 @@ struct Search<'a> {
     last: Vec<Diagnostic>,
     /// How many bytes too large that part was.
     least_excess: u64,
+    /// The objective of the best partition so far that fits, and the bound for all that fit.
+    value: Option<i64>,
+    bound: Option<i64>,
 }
 
 /// What a build of the chips gives.
@@ -104,6 +109,12 @@ enum Misfit {
 }
 
 impl Search<'_> {
+    /// Reports what is known.
+    fn tell(&self) {
+        let Search { value, bound, builds, .. } = *self;
+        (self.request.told)(SoFar { objective: self.request.objective, value, bound, builds });
+    }
+
     fn best(
         &self,
         specs: &[PartSpec],
@@ -170,6 +181,8 @@ impl Search<'_> {
                 Err(why) => break Some(why),
             };
             bound = bound.max(lower.bound);
+            self.bound = Some(bound);
+            self.tell();
             let is_better = best.as_ref().is_none_or(|best| lower.evaluation.value < best.value);
             if !is_better || fits >= self.request.fits {
                 break None;
@@ -233,6 +246,7 @@ impl Search<'_> {
         let names: Vec<String> = self.request.parts.iter().map(|part| part.name.clone()).collect();
         let division = divide(self.net, self.groups, partition.owners.clone(), &names)?;
         self.builds += 1;
+        self.tell();
         let mut chips = Vec::new();
         for (at, requested) in self.request.parts.iter().enumerate() {
             if let PartDevice::Cpu(_) = requested.device {
@@ -278,6 +292,8 @@ impl Search<'_> {
         };
         let bound = i64::MIN;
         let (unfit, builds, cuts) = (0, 0, 0);
+        self.value = Some(self.value.map_or(value, |best| best.min(value)));
+        self.tell();
         let fitted =
             Fitted { partition, value, bound, division, chips, unfit, builds, cuts, memory };
         Ok(Fit::Fits(Box::new(fitted)))
