@@ -6,13 +6,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use grafsynth_ir::facts::is_active;
+use grafsynth_ir::instance::Holds;
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::Origin;
 
 use super::Induction;
 use super::attempt::Attempt;
 use super::exec::Danger;
-use super::question::{Check, Question};
+use super::question::{Check, Question, Subject};
 use crate::limits::Limits;
 use crate::symbolic::CONE;
 use crate::symbolic::aig::{Aig, Lit};
@@ -240,7 +241,7 @@ impl Attempt<'_> {
         if !matches!(answer, Some(Some(_))) {
             return answer;
         }
-        let next = self.stay_inactive();
+        let next = self.stays_reachable();
         if next.is_empty() {
             return answer;
         }
@@ -248,12 +249,27 @@ impl Attempt<'_> {
         self.satisfiable(broken, &known, case, limits)
     }
 
-    /// What is true of every reachable state after a reaction too: a step that is never active is not active then, unless the reaction fails.
-    fn stay_inactive(&mut self) -> Vec<Lit> {
-        let (Some(next), false) = (&self.next, self.of.is_cut) else { return Vec::new() };
-        let never = self.of.facts.unreachable_steps.iter().map(|step| next.active[step.index()]);
-        let never: Vec<Lit> = never.filter(|lit| *lit != Lit::FALSE).collect();
-        never.into_iter().map(|lit| self.model.maker.aig.or(self.fault, !lit)).collect()
+    /// What is true of every reachable state after a reaction too, unless the reaction fails: a step that is never active is not active then, and steps that
+    /// share a timer because they exclude each other are not active together.
+    fn stays_reachable(&mut self) -> Vec<Lit> {
+        let Subject { net, facts, hint, is_cut, .. } = self.of;
+        let (Some(next), false) = (&self.next, is_cut) else { return Vec::new() };
+        let active = |step: &StepId| next.active[step.index()];
+        let mut never: Vec<Vec<Lit>> =
+            facts.unreachable_steps.iter().map(|step| vec![active(step)]).collect();
+        for (_, holds) in &hint.state {
+            let Holds::TimeOf { steps, .. } = holds else { continue };
+            for (at, one) in steps.iter().enumerate() {
+                let others = steps[..at].iter().filter(|other| facts.exclude(net, *one, **other));
+                never.extend(others.map(|other| vec![active(one), active(other)]));
+            }
+        }
+        let aig = &mut self.model.maker.aig;
+        let holds = never.into_iter().map(|together| {
+            let together = aig.and_all(together);
+            aig.or(self.fault, !together)
+        });
+        holds.filter(|lit| *lit != Lit::TRUE).collect()
     }
 
     /// The literals of the state that are true in every reachable state, because their bits never change.
