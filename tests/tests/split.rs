@@ -154,10 +154,16 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     let only = std::env::var("SPLIT_SEED").ok().and_then(|text| text.parse().ok());
     let seeds = only.map_or(0..count("SPLIT_NETS", 60), |seed: u64| seed..seed + 1);
     let mut tally: BTreeMap<String, u32> = BTreeMap::new();
+    let mut refused: BTreeMap<String, u32> = BTreeMap::new();
     let mut long = 0;
     for seed in seeds {
         let net = random_net(seed, &features(seed));
-        let Some(parts) = division(&net, seed) else { continue };
+        let Some(parts) = division(&net, seed) else {
+            let found = together(&net, Running::Lockstep).expect_err("it is refused");
+            let rule = found.first().map(|it| it.message.clone()).unwrap_or_default();
+            *refused.entry(rule).or_default() += 1;
+            continue;
+        };
         if only.is_some() {
             println!("{}\n{parts:#?}", text::print(&net));
         }
@@ -183,7 +189,11 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         *tally.entry(format!("{} wires", wires.min(3))).or_default() += 1;
         long += reactions_of_several_rounds(&net, seed);
     }
-    println!("{tally:#?}, {long} reactions of several rounds");
+    println!("{tally:#?}, {long} reactions of several rounds; refused: {refused:#?}");
+    assert!(
+        refused.keys().all(|rule| rule.contains("`evolution stable` and the ")),
+        "{refused:#?}"
+    );
     if only.is_none() {
         let refused = tally.keys().filter(|class| class.contains("not supported"));
         assert_eq!(refused.count(), 0, "{tally:#?}");
