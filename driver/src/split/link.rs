@@ -170,6 +170,21 @@ fn round(
     let (Some(machine), Some(cycles)) = (machine, round_cycles(link, cpu, &wanted.timing)) else {
         return Err(format!("the time of C on an {} is not known", cpu.name));
     };
+    let step = step_cycles(package, machine)?;
+    let hz = u64::from(cpu.clock_hz);
+    let rounds = link.most_rounds.unwrap_or(1);
+    let clocks = step
+        .saturating_mul(u64::from(machine.clocks_per_unit))
+        .saturating_add(cycles * u64::from(cpu.clocks_per_cycle))
+        .saturating_mul(u64::from(rounds));
+    let ns = nanoseconds(cpu, clocks);
+    let period = if measures_time(net) { net.settings.tick_ns.max(ns) } else { ns };
+    let pin_to_pin_ns = period.saturating_add(ns);
+    Ok(Round { step, link: cycles, hz, rounds, ns, pin_to_pin_ns })
+}
+
+/// The bound of a reaction of C in cycles of the machine, or the reason why it is not known.
+pub(super) fn step_cycles(package: &Package, machine: &cost::Machine) -> Result<u64, String> {
     let bound = cost::bound(package, machine).map_err(|why| why.to_string())?;
     if let Some(why) = bound.unbounded {
         return Err(why);
@@ -177,15 +192,12 @@ fn round(
     if bound.user_calls > 0 || bound.user_code {
         return Err("the reaction calls functions whose time is not known".to_owned());
     }
-    let hz = u64::from(cpu.clock_hz);
-    let rounds = link.most_rounds.unwrap_or(1);
-    let clocks = (bound.step * u64::from(machine.clocks_per_unit))
-        .saturating_add(cycles * u64::from(cpu.clocks_per_cycle))
-        .saturating_mul(u64::from(rounds));
-    let ns = clocks.saturating_mul(1_000_000_000).div_ceil(hz.max(1));
-    let period = if measures_time(net) { net.settings.tick_ns.max(ns) } else { ns };
-    let pin_to_pin_ns = period.saturating_add(ns);
-    Ok(Round { step: bound.step, link: cycles, hz, rounds, ns, pin_to_pin_ns })
+    Ok(bound.step)
+}
+
+/// The time of a number of clocks at the highest frequency.
+pub(super) fn nanoseconds(cpu: &Cpu, clocks: u64) -> u64 {
+    clocks.saturating_mul(1_000_000_000).div_ceil(u64::from(cpu.clock_hz).max(1))
 }
 
 /// A time in microseconds, rounded up to a tenth.

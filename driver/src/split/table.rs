@@ -1,5 +1,6 @@
 //! What a chart costs on a chip alone, on the CPU alone, and as the split: one table.
 
+use super::link::{nanoseconds, step_cycles};
 use super::memory::memory_alone;
 use super::{
     BuiltPart, Compile, Linked, Memory, PartDevice, Request, RequestedPart, Split, build_part,
@@ -140,7 +141,7 @@ fn chip_alone(part: &RequestedPart, built: &BuiltPart) -> Way {
 fn cpu_alone(net: &Net, name: &str, built: &BuiltPart, compile: Option<Compile>) -> Way {
     let outputs: u64 =
         net.outputs.values().filter(|it| !it.is_extern()).map(|it| bits(it.ty)).sum();
-    let cycles = cpu(name).and_then(|cpu| Some((cpu, bound(built, cpu)?)));
+    let bound = cpu(name).and_then(|cpu| bound(built, cpu));
     let cpu_found = cpu(name).ok_or_else(unknown);
     let memory = cpu_found.and_then(|cpu| memory_alone(net, built, cpu, compile));
     let [flash, ram] = memories(cpu(name), &memory);
@@ -151,8 +152,8 @@ fn cpu_alone(net: &Net, name: &str, built: &BuiltPart, compile: Option<Compile>)
         cpu_pins: (input_bits(net) + outputs).to_string(),
         flash,
         ram,
-        cycles: cycles.map_or_else(unknown, |(_, cycles)| cycles.to_string()),
-        latency: cycles.map_or_else(unknown, |(cpu, cycles)| time(cpu, cycles)),
+        cycles: bound.map_or_else(unknown, |(cycles, _)| cycles.to_string()),
+        latency: bound.map_or_else(unknown, |(_, ns)| rounded(ns)),
     }
 }
 
@@ -208,13 +209,9 @@ fn pins(built: &BuiltPart) -> u64 {
     signals.filter_map(|signal| signal.pin).gather::<BTreeSet<u32>>().len() as u64
 }
 
-fn bound(built: &BuiltPart, cpu: &Cpu) -> Option<u64> {
-    let package = built.built.packages.first()?;
-    cost::bound(package, cost::machine(cpu.machine)?).ok().map(|bound| bound.step)
-}
-
-/// The time that this number of cycles takes at the highest frequency.
-fn time(cpu: &Cpu, cycles: u64) -> String {
-    let hz = u64::from(cpu.clock_hz / cpu.clocks_per_cycle).max(1);
-    rounded(cycles.saturating_mul(1_000_000_000).div_ceil(hz))
+/// The cycles of a reaction and its time in nanoseconds, as [`super::link`] computes them for the part on the CPU.
+fn bound(built: &BuiltPart, cpu: &Cpu) -> Option<(u64, u64)> {
+    let machine = cost::machine(cpu.machine).filter(|machine| machine.is_bounded)?;
+    let cycles = step_cycles(built.built.packages.first()?, machine).ok()?;
+    Some((cycles, nanoseconds(cpu, cycles.saturating_mul(u64::from(machine.clocks_per_unit)))))
 }
