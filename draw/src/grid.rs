@@ -93,12 +93,14 @@ pub(crate) fn used(picture: &Picture, axis: Axis, band: &Range<i64>) -> Range<i6
     let is_drawn = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
         let passes = across.link(mark).is_some_and(|it| it.from < band.start && band.end < it.to);
-        from <= band.end && band.start <= to && !passes
+        // A side of a frame that is far from everything in it needs no paper.
+        let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
+        from <= band.end && band.start <= to && !passes && !is_frame
     };
     let ends = picture.marks.iter().filter(is_drawn).map(|mark| axis.extent(mark)[0]);
     let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
     let (from, to) = ends.unwrap_or((0, length));
-    (from - MARGIN).max(0)..(to + MARGIN).min(length)
+    (from - MARGIN).max(0)..(to + MARGIN + 1).min(length)
 }
 
 /// What no cut crosses.
