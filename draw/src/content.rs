@@ -291,11 +291,11 @@ impl Reader {
                 kind: DeclarationKind::Timer { condition },
                 ..
             }) => {
-                self.foreign.insert(Foreign::Hold);
+                self.foreign.insert(Foreign::Timer);
                 (Rich::plain(format!("timer {}: ", word(&name.text))), Some(condition))
             }
             Item::Action(one) if !one.body.is_empty() => {
-                self.foreign.insert(Foreign::Hold);
+                self.foreign.insert(Foreign::NamedList);
                 note_list(&mut self.foreign, &one.body);
                 let name = word(&one.name.text);
                 (Rich::plain(format!("action {name}: {}", self.notation.block(&one.body))), None)
@@ -512,13 +512,12 @@ impl Reader {
         symbol.receptivity =
             Some(condition.unwrap_or_else(|| Rich::plain(self.notation.truth(true))));
         self.priority(&mut symbol, transition.priority);
-        if transition.restart || transition.deadline_ns.is_some() {
-            self.foreign.insert(Foreign::Restart);
-        }
         if transition.restart {
+            self.foreign.insert(Foreign::Restart);
             symbol.remarks.push("restart".to_owned());
         }
         if let Some(ns) = transition.deadline_ns {
+            self.foreign.insert(Foreign::Deadline);
             symbol.remarks.push(format!("deadline {}", duration(ns)));
         }
         about(&mut symbol, &transition.meta);

@@ -16,9 +16,11 @@ pub(crate) enum Foreign {
     Code,
     Count,
     Restart,
+    Deadline,
     Library,
     Words,
-    Hold,
+    Timer,
+    NamedList,
     Emergency,
     Macro,
     Enclosing,
@@ -45,10 +47,16 @@ impl Foreign {
             }
             Foreign::Code => "code: code in a target language",
             Foreign::Count => "count: counted step, which contains the number of its activations",
-            Foreign::Restart => "restart, deadline: clauses of the chart language",
+            Foreign::Restart => {
+                "restart: a step that is left and entered at once is activated anew"
+            }
+            Foreign::Deadline => {
+                "deadline: the longest time from a change of the inputs to the outputs"
+            }
             Foreign::Library => "a named box with `name : chart`: an instance of a library chart",
             Foreign::Words => "and, or, not, …: the words of the chart language",
-            Foreign::Hold => "timer, action: a named condition or list that the chart uses",
+            Foreign::Timer => "timer: the time for which a condition has been true",
+            Foreign::NamedList => "action: a named list of statements that steps use",
             Foreign::Emergency => "emergency: while true, all outputs have their safe values",
             Foreign::Macro => "M: macro-step of IEC 60848, with entry step E and exit step S",
             Foreign::Enclosing => {
@@ -79,7 +87,7 @@ impl Foreign {
     pub(crate) fn is_missing_in(self, style: Style) -> bool {
         match style {
             Style::Grafcet => self < Foreign::Macro,
-            Style::Sfc => self != Foreign::Qualifier,
+            Style::Sfc => !matches!(self, Foreign::Qualifier | Foreign::NamedList),
         }
     }
 }

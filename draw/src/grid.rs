@@ -2,7 +2,11 @@
 
 use crate::channels::HALF;
 use crate::picture::{Mark, Pen, Picture, Shape};
+use crate::sheet::MARGIN;
 use std::ops::Range;
+
+/// The least width of a free stripe.
+const LEAST: i64 = 6;
 
 /// The direction in which pages follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +27,10 @@ pub(crate) struct Link<'a> {
 /// A place between two pages, with the links that cross it in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Cut<'a> {
+    /// The end of the page before.
     pub(crate) at: i64,
+    /// The beginning of the next page; between both is nothing but links that cross.
+    pub(crate) resume: i64,
     pub(crate) links: Vec<Link<'a>>,
 }
 
@@ -34,14 +41,6 @@ impl Axis {
         match self {
             Axis::Down => [(top, bottom), (left, right)],
             Axis::Right => [(left, right), (top, bottom)],
-        }
-    }
-
-    /// The least width of a free stripe: more than between a symbol and the texts beside it.
-    fn least(self) -> i64 {
-        match self {
-            Axis::Down => 6,
-            Axis::Right => 14,
         }
     }
 
@@ -62,10 +61,12 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
     };
     let here: Vec<&Mark> = picture.marks.iter().filter(is_here).collect();
     let places = free_places(&here, axis);
-    let mut cuts: Vec<Cut<'_>> = places.iter().map(|at| Cut { at: *at, links: vec![] }).collect();
+    let mut cuts: Vec<Cut<'_>> = { places.iter() }
+        .map(|(at, resume)| Cut { at: *at, resume: *resume, links: vec![] })
+        .collect();
     for link in here.iter().filter_map(|mark| axis.link(mark)) {
-        let first = places.partition_point(|at| *at <= link.from);
-        let last = places.partition_point(|at| *at < link.to);
+        let first = places.partition_point(|(at, _)| *at <= link.from);
+        let last = places.partition_point(|(at, _)| *at < link.to);
         for cut in cuts.get_mut(first..last).unwrap_or_default() {
             cut.links.push(link);
         }
@@ -83,25 +84,78 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
     cuts
 }
 
-/// The middles of the stripes in which nothing but links and frames is.
-fn free_places(marks: &[&Mark], axis: Axis) -> Vec<i64> {
-    let mut blocked: Vec<(i64, i64)> = Vec::new();
-    for mark in marks {
-        let [(from, to), _] = axis.extent(mark);
-        if matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. }) {
-            blocked.extend([(from, from), (to, to)]);
-        } else if axis.link(mark).is_none() {
-            blocked.push((from, to));
+/// The part across a band that has marks other than links that only pass, with the margin of a drawing on both sides.
+pub(crate) fn used(picture: &Picture, axis: Axis, band: &Range<i64>) -> Range<i64> {
+    let (across, length) = match axis {
+        Axis::Down => (Axis::Right, picture.height),
+        Axis::Right => (Axis::Down, picture.width),
+    };
+    let is_drawn = |mark: &&Mark| {
+        let [_, (from, to)] = axis.extent(mark);
+        let passes = across.link(mark).is_some_and(|it| it.from < band.start && band.end < it.to);
+        // A side of a frame that is far from everything in it needs no paper.
+        let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
+        from <= band.end && band.start <= to && !passes && !is_frame
+    };
+    let ends = picture.marks.iter().filter(is_drawn).map(|mark| axis.extent(mark)[0]);
+    let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
+    let (from, to) = ends.unwrap_or((0, length));
+    (from - MARGIN).max(0)..(to + MARGIN + 1).min(length)
+}
+
+/// What no cut crosses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Blocked {
+    /// The first side of a frame, which stays with what follows it.
+    FrameStart,
+    /// The last side of a frame, which stays with what precedes it.
+    FrameEnd,
+    /// A symbol with its texts, or a state.
+    Content,
+    /// A heading, a legend, or a sign on a link: it has no row of pages of its own.
+    Note,
+}
+
+/// The ends and beginnings of pages in the stripes between symbols, which are not crossed by anything but links and frames. A symbol and its texts are one thing.
+fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
+    let mut blocked: Vec<(i64, i64, Blocked)> = Vec::new();
+    for group in marks.chunk_by(|mark, next| mark.element.is_some() && mark.element == next.element)
+    {
+        let mut whole: Option<(i64, i64)> = None;
+        let is_note = group.iter().all(|mark| match mark.shape {
+            Shape::Arrow { .. } | Shape::Crossing { .. } => true,
+            Shape::Text { .. } => axis == Axis::Down && mark.element.is_none(),
+            _ => false,
+        });
+        let kind = if is_note { Blocked::Note } else { Blocked::Content };
+        for mark in group.iter().filter(|mark| axis.link(mark).is_none()) {
+            let [(from, to), _] = axis.extent(mark);
+            if matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. }) {
+                blocked.extend([(from, from, Blocked::FrameStart), (to, to, Blocked::FrameEnd)]);
+            } else {
+                let known = whole.unwrap_or((from, to));
+                whole = Some((known.0.min(from), known.1.max(to)));
+            }
         }
+        blocked.extend(whole.map(|(from, to)| (from, to, kind)));
     }
     blocked.sort_unstable();
+    let is_content = |&&(.., kind): &&(i64, i64, Blocked)| kind == Blocked::Content;
+    let last = blocked.iter().filter(is_content).map(|(from, ..)| *from).max().unwrap_or(0);
     let mut places = Vec::new();
-    let mut end = 0;
-    for (from, to) in blocked {
-        if from - end >= axis.least() {
-            places.push((from + end) / 2);
+    let (mut end, mut before) = (0, Blocked::FrameStart);
+    let mut has_content = false;
+    for (from, to, kind) in blocked {
+        let is_between = before != Blocked::FrameStart && kind != Blocked::FrameEnd;
+        if has_content && is_between && from - end >= LEAST && end < last {
+            let middle = (from + end) / 2;
+            places.push((middle.min(end + MARGIN), middle.max(from - MARGIN)));
+            has_content = false;
         }
-        end = end.max(to);
+        has_content |= kind == Blocked::Content;
+        if to >= end {
+            (end, before) = (to, kind);
+        }
     }
     places
 }
@@ -109,23 +163,26 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<i64> {
 /// The price of a division: by how much parts are too long, the number of links cut and of parts, and how unequal the parts are.
 type Cost = (i64, usize, i64);
 
-/// Chooses the cuts that divide a length into parts of at most `room` and cut the fewest links. `part` has the length of a part between two cuts with its marks, and
+/// Chooses the cuts that divide what is used into parts of at most `room` and cut the fewest links. `part` has the length of a part between two cuts with its marks, and
 /// the number of links that are cut at its end. A part without a place for a cut is longer.
 pub(crate) fn division<'a>(
     cuts: &[Cut<'a>],
-    length: i64,
+    used: &Range<i64>,
     room: i64,
     part: impl Fn(&Cut<'a>, &Cut<'a>) -> (i64, usize),
 ) -> Vec<Cut<'a>> {
-    let border = |at| Cut { at, links: Vec::new() };
-    let cuts: Vec<Cut<'a>> =
-        [border(0)].into_iter().chain(cuts.iter().cloned()).chain([border(length)]).collect();
+    let border = |at| Cut { at, resume: at, links: Vec::new() };
+    let cuts: Vec<Cut<'a>> = [border(used.start)]
+        .into_iter()
+        .chain(cuts.iter().cloned())
+        .chain([border(used.end)])
+        .collect();
     // The best division of what is before each cut, and the cut before it.
     let mut best: Vec<(Cost, usize)> = vec![((0, 0, 0), 0)];
     for cut in &cuts[1..] {
         let mut choice: Option<(Cost, usize)> = None;
         for (index, ((excess, n_cut, squares), _)) in best.iter().enumerate().rev() {
-            let net = cut.at - cuts[index].at;
+            let net = cut.at - cuts[index].resume;
             if net > room && choice.is_some() {
                 break;
             }

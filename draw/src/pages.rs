@@ -4,7 +4,7 @@
 //! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end; it is not drawn on
 //! the pages between. Only a part without a place for a cut is made smaller than that.
 
-use crate::grid::{Axis, Cut, Link, candidates, division};
+use crate::grid::{Axis, Cut, Link, candidates, division, used};
 use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
@@ -104,8 +104,10 @@ pub fn pages(picture: &Picture, paper: Paper, title: &TitleBlock) -> Vec<Page> {
         let (wide, high) = inner(size);
         let grid = Grid::new(picture, (wide * most / 1000, high * most / 1000));
         let parts = grid.parts(picture);
-        let n_small = parts.iter().filter(|part| needed(part, (wide, high)) > READABLE).count();
-        ((n_small, grid.n_links(), parts.len()), size, parts)
+        // By how much parts without a place for a cut are too small to be read.
+        let too_small: i64 =
+            parts.iter().map(|part| (needed(part, (wide, high)) - READABLE).max(0)).sum();
+        ((too_small, grid.n_links(), parts.len()), size, parts)
     });
     let Some((_, size, parts)) = all.min_by_key(|(cost, ..)| *cost) else { return Vec::new() };
     // The parts without a place for a cut do not make the other pages smaller.
@@ -145,6 +147,7 @@ struct Cord<'a> {
 /// A row of pages.
 struct Row<'a> {
     high: Range<i64>,
+    wide: Range<i64>,
     above: Vec<Cord<'a>>,
     below: Vec<Cord<'a>>,
     cuts: Vec<Cut<'a>>,
@@ -153,7 +156,6 @@ struct Row<'a> {
 /// The rows of pages of a drawing.
 struct Grid<'a> {
     rows: Vec<Row<'a>>,
-    width: i64,
 }
 
 impl<'a> Grid<'a> {
@@ -162,7 +164,7 @@ impl<'a> Grid<'a> {
         let mut downs = Vec::new();
         if picture.height > room.1 {
             let all = candidates(picture, Axis::Down, &(0..picture.width));
-            downs = division(&all, picture.height, room.1, |above, below| {
+            downs = division(&all, &(0..picture.height), room.1, |above, below| {
                 // The links that do not only pass.
                 let ends = |cut: &Cut<'a>, is_here: &dyn Fn(&&Link<'a>) -> bool| {
                     let links = cut.links.iter().filter(is_here);
@@ -170,23 +172,28 @@ impl<'a> Grid<'a> {
                 };
                 let first = ends(above, &|link| link.to <= below.at);
                 let last = ends(below, &|link| link.from >= above.at);
-                (below.at - above.at + height(&first) + height(&last), last.len())
+                (below.at - above.resume + height(&first) + height(&last), last.len())
             });
         }
+        let starts = [0].into_iter().chain(downs.iter().map(|cut| cut.resume));
         let ends = downs.iter().map(|cut| cut.at).chain([picture.height]);
         let mut rows: Vec<Row<'a>> = Vec::new();
-        for end in ends {
-            let high = rows.last().map_or(0, |row| row.high.end)..end;
-            let mut cuts = Vec::new();
+        for (start, end) in starts.zip(ends) {
+            let high = start..end;
+            let (mut cuts, mut wide) = (Vec::new(), 0..picture.width);
             if picture.width > room.0 {
+                wide = used(picture, Axis::Right, &high);
                 let all = candidates(picture, Axis::Right, &high);
-                cuts = division(&all, picture.width, room.0, |left, right| {
-                    (right.at - left.at + side_width(left) + side_width(right), right.links.len())
+                cuts = division(&all, &wide, room.0, |left, right| {
+                    (
+                        right.at - left.resume + side_width(left) + side_width(right),
+                        right.links.len(),
+                    )
                 });
             }
-            rows.push(Row { high, above: Vec::new(), below: Vec::new(), cuts });
+            rows.push(Row { high, wide, above: Vec::new(), below: Vec::new(), cuts });
         }
-        let mut grid = Grid { rows, width: picture.width };
+        let mut grid = Grid { rows };
         grid.find_cords(picture, &downs);
         grid
     }
@@ -250,7 +257,8 @@ impl<'a> Grid<'a> {
         (left, right): (Option<&Cut<'a>>, Option<&Cut<'a>>),
         number: usize,
     ) -> Picture {
-        let wide = left.map_or(0, |cut| cut.at)..right.map_or(self.width, |cut| cut.at);
+        let start = left.map_or(row.wide.start, |cut| cut.resume);
+        let wide = start..right.map_or(row.wide.end, |cut| cut.at);
         let page = self.page(number, wide.end);
         let here = |cords: &[Cord<'a>]| -> Vec<Cord<'a>> {
             cords.iter().filter(|cord| wide.contains(&cord.x)).copied().collect()

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 /// The distance between the parts of a sheet.
 const GAP: i64 = 36;
 /// The margin inside frames and around the sheet.
-const MARGIN: i64 = 16;
+pub(crate) const MARGIN: i64 = 16;
 /// The smallest width at which parts are put below each other.
 const WIDTH: i64 = 1000;
 

@@ -172,7 +172,7 @@ impl Symbol {
         }
         picture.rect((left, 0), (wide, high), Pen::Line);
         if self.is_active {
-            picture.add(Shape::Circle { x: 0, y: high - 8, radius: 3, is_filled: true });
+            picture.add(Shape::Circle { x: 0, y: high - 9, radius: 3, is_filled: true });
         }
         if self.is_initial {
             picture.rect((left + 3, 3), (wide - 6, high - 6), Pen::Detail);
@@ -194,7 +194,9 @@ impl Symbol {
         if band > 0 {
             picture.text((-tag / 2, 18), &self.tag.text, Font::Small);
         }
-        let top = band + (high - band - n_lines * LINE) / 2;
+        // A token has its place below the name.
+        let lifted = if self.is_active { 4 } else { 0 };
+        let top = band + (high - band - n_lines * LINE) / 2 - lifted;
         for (index, line) in (0..).zip(&lines) {
             let x = -width(line, size) / 2;
             picture.text((x, top + index * LINE + 12), line, Font::Normal);
@@ -285,7 +287,8 @@ impl Symbol {
             y += 7;
             drawn.shift(x, y);
             picture.marks.append(&mut drawn.marks);
-            picture.line((BAR - 2, BAR_HEIGHT), (x, y + level), Pen::Detail);
+            // A tall box is connected at its first line.
+            picture.line((BAR - 2, BAR_HEIGHT), (x, y + level.min(12)), Pen::Detail);
             y += drawn.height;
         }
         BAR_HEIGHT

@@ -123,8 +123,10 @@ impl Rich {
         self.runs().iter().map(|(_, run)| width(run, size)).sum()
     }
 
-    /// The text in lines of about `most` pixels, broken at spaces that are not below an overline.
+    /// The text in lines of about `most` pixels, broken at spaces that are not below an overline. A list of statements that is wider than this has each of
+    /// them on a line of its own.
     pub(crate) fn lines(&self, size: i64, most: i64) -> Vec<Rich> {
+        let is_list = self.text.contains("; ") && self.width(size) > most;
         let mut lines = Vec::new();
         let mut start = 0;
         let mut last_blank = None;
@@ -137,6 +139,12 @@ impl Rich {
             if c == ' ' && !self.bars.iter().any(|bar| bar.start <= at && at < bar.end) {
                 last_blank = Some(at);
                 since_blank = 0;
+                if is_list && self.text[..at].ends_with(';') {
+                    lines.push(self.part(start, at));
+                    start = at + 1;
+                    last_blank = None;
+                    so_far = 0;
+                }
             }
             if so_far > most
                 && let Some(blank) = last_blank

@@ -138,6 +138,30 @@ fn cut_links_name_their_steps() {
     }
 }
 
+/// A chart with many branches is cut between them, and each page has symbols in their own size.
+#[test]
+fn wide_charts_are_cut_between_branches() {
+    let all = |text: &dyn Fn(usize) -> String, with: &str| {
+        (0..60).map(text).collect::<Vec<_>>().join(with)
+    };
+    let (first, last) = (all(&|n| format!("a{n}"), " & "), all(&|n| format!("b{n}"), " & "));
+    let steps = all(&|n| format!("step a{n}\n step b{n}\n a{n} -> b{n} when i{n}"), "\n");
+    let inputs = all(&|n| format!("i{n}"), ", ");
+    let text = format!(
+        "chart line {{ input {inputs}\n initial step s\n {steps}\n s -> {first}\n {last} -> s }}"
+    );
+    let picture = drawn(&parsed(&text));
+    let wide = pages(&picture, Paper::A4, &title());
+    check(&picture, &wide);
+    let frame = pages(&drawn(&example("mcs-frame/frame.graf")), Paper::A4, &title());
+    let oven = drawn(&example("microwave/oven.graf"));
+    for page in wide.iter().chain(&frame).chain(&pages(&oven, Paper::A4, &title())) {
+        assert!(page.picture.marks.iter().any(|mark| mark.element.is_some()), "an empty page");
+    }
+    assert!(wide.len() > 3, "{} pages", wide.len());
+    assert!(wide.iter().chain(&frame).all(|page| page.percent >= 85));
+}
+
 /// The objects of a PDF file by their number, after a check of its table of offsets.
 fn objects(bytes: &[u8]) -> BTreeMap<usize, String> {
     // All bytes as characters of the same number.

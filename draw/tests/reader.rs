@@ -655,7 +655,7 @@ impl Reader {
                 kind: kind.to_owned(),
                 left,
                 actions: Vec::new(),
-                is_active: self.shapes.dots.contains(&(x + w / 2, y + h - 8)),
+                is_active: self.shapes.dots.contains(&(x + w / 2, y + h - 9)),
                 remarks: Vec::new(),
             },
         ))

@@ -7,9 +7,9 @@ const { Chromium } = require("./chromium.js");
 const SERIOUS = ["serious", "critical"];
 const PICTURE = "new Promise((done) => requestAnimationFrame(() => setTimeout(done, 0)))";
 
-// The states of a page in which it is checked. A page that opens has fewer elements than one that runs, so two of them suffice.
+// The states of a page in which it is checked: as it opens, and running, each light and dark, wide and narrow.
 const LOOKS = [
-    ["as it opens", "light", 1280], ["as it opens", "dark", 400],
+    ["as it opens", "light", 1280], ["as it opens", "light", 400], ["as it opens", "dark", 1280], ["as it opens", "dark", 400],
     ["running", "light", 400], ["running", "light", 1280], ["running", "dark", 1280], ["running", "dark", 400],
 ];
 
