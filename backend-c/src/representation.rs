@@ -4,7 +4,7 @@ use crate::io::INPUT_BITS;
 use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::{Options, gate, safe, trace};
-use grafsynth_ir::instance::{Place, Representation};
+use grafsynth_ir::instance::{Extra, Place, Representation};
 use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
 /// How the C of a style represents the net.
@@ -17,6 +17,9 @@ pub(crate) fn representation(
     let mut extra = options.trace.map(trace::extra).unwrap_or_default();
     if options.safe_state && !program.instance.is_empty() {
         extra.push(safe::extra());
+    }
+    if program.engine.as_ref().is_some_and(|engine| !engine.image.is_empty()) {
+        extra.push((Place::member("image"), Extra::Image));
     }
     let bit = |index: usize, width: usize| Place {
         member: "bits".to_owned(),

@@ -7,7 +7,7 @@ use grafsynth_backend_c::cost::{self, Goal};
 use grafsynth_backend_c::{Io, Options, Package, Style};
 use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{Symbol, SymbolKind, Unit};
-use grafsynth_ir::instance::{Holds, Place};
+use grafsynth_ir::instance::{Holds, Place, Representation};
 use grafsynth_ir::net::{
     ActionId, EdgeId, HistoryId, InputId, Net, PartId, SendId, StepId, TimerId, VarId,
 };
@@ -150,7 +150,9 @@ impl CMap {
     /// The map of a package; `None` if the style does not say how it holds the state of the net.
     #[must_use]
     pub fn of(net: &Net, package: &Package, options: &Options) -> Option<CMap> {
-        let hint = package.representation.as_ref()?;
+        // A map cannot describe single bits.
+        let has_bits = |hint: &&Representation| hint.state.iter().any(|it| it.0.bit.is_some());
+        let hint = package.representation.as_ref().filter(|hint| !has_bits(hint))?;
         let members = hint.state.iter().filter_map(|(place, holds)| {
             let Place { member, element, bit } = place.clone();
             Some(Member { member, element, bit, holds: held(net, holds)? })

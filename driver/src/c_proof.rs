@@ -2,10 +2,10 @@
 
 use grafsynth_backend_c::Package;
 use grafsynth_c::tree::Unit;
-use grafsynth_c::{Config, Input, parse};
-use grafsynth_ir::Valid;
+use grafsynth_c::{Config, Input, SourceFile, parse};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::Net;
+use grafsynth_ir::{FileId, Valid};
 use grafsynth_verify::Limits;
 use grafsynth_verify::c_code::{Induction, prove};
 
@@ -55,7 +55,13 @@ pub(crate) fn prove_unit(
 
 /// The tree of a package for a machine.
 pub(crate) fn unit_of(package: &Package, config: &Config) -> Result<Unit, String> {
-    let files = package.sources();
+    let mut files = package.sources();
+    // The tables of an engine are a text of their own. They are read first, so that their size is known.
+    let all = format!("#include \"{0}_tables.c\"\n#include \"{0}.c\"\n", package.stem());
+    if !package.image.is_empty() {
+        let file = FileId(u32::try_from(files.len()).unwrap_or(u32::MAX));
+        files.insert(0, SourceFile { file, name: "", text: &all });
+    }
     let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config });
     unit.ok_or_else(|| {
         let why = found.into_iter().next().map_or_else(String::new, |it| it.message);

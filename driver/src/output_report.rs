@@ -570,6 +570,9 @@ impl std::fmt::Display for OutputProof {
             }
             OutputProof::Text { induction, ran } => {
                 write!(f, "read back and {induction}, {}", Scope::EveryStimulus)?;
+                if induction.is_of_image {
+                    f.write_str(" (the interpreter of the image is not part of the proof)")?;
+                }
                 match ran {
                     Ok(tested) => write!(f, "; compiled and {tested}"),
                     Err(why) => write!(f, "; not compiled: {why}"),

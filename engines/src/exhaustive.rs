@@ -145,8 +145,11 @@ fn verdict(
     }
     let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
     let mut reasons = Vec::new();
-    // A run is no evidence if it depends on undefined behaviour; the proof of the text excludes that.
-    let needs_sanitizers = read.is_err() && read != Err(OpenReason::NotAsked);
+    // A run is no evidence if it depends on undefined behaviour; the proof of the text excludes that, but not in an engine.
+    let needs_sanitizers = match &read {
+        Ok(induction) => induction.is_of_image,
+        Err(why) => *why != OpenReason::NotAsked,
+    };
     let runner = Runner::Compiled(if needs_sanitizers { Build::Sanitized } else { Build::Plain });
     if read != Err(OpenReason::NotAsked) {
         match proof(net, package, limits, runner, reactions)? {

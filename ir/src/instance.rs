@@ -61,6 +61,8 @@ pub enum Extra {
         /// The number after `PREFIX_stop`.
         stopped: i64,
     },
+    /// A pointer to the image of the chart, the constant array `PREFIX_tables`.
+    Image,
 }
 
 /// A scalar local of `PREFIX_step`, or a member of a local structure.

@@ -66,7 +66,7 @@ fn proved(net: &Valid<Net>, package: &Package) -> Result<(), String> {
 fn charts_of_every_style_are_proved() {
     for (name, text) in CHARTS.into_iter().chain([("lights.graf", LIGHTS)]) {
         let net = chart(name, text);
-        for style in [Style::Auto, Style::Tables, Style::Bits] {
+        for style in [Style::Auto, Style::Tables, Style::Bits, Style::Program] {
             for io in [Io::Members, Io::Words] {
                 if io == Io::Words && style == Style::Auto {
                     continue;
@@ -247,7 +247,7 @@ fn facts_about_reachable_states_complete_the_induction() {
 #[test]
 fn many_steps_and_inputs_are_proved() {
     let net = chart("ring.graf", &ring(60));
-    for style in [Style::Switch, Style::Tables, Style::Bits] {
+    for style in [Style::Switch, Style::Tables, Style::Bits, Style::Program] {
         if let Some(package) = emitted(&net, style, Io::Members)
             && let Err(why) = proved(&net, &package)
         {
@@ -292,7 +292,7 @@ fn fork(n_branches: usize, n_steps: usize) -> String {
 fn branches_between_a_fork_and_a_join_are_proved() {
     for (n_branches, n_steps) in [(3, rounds(8, 60) as usize), (5, 4)] {
         let net = chart("fork.graf", &fork(n_branches, n_steps));
-        for style in [Style::Switch, Style::Tables] {
+        for style in [Style::Switch, Style::Tables, Style::Program] {
             let Some(package) = emitted(&net, style, Io::Members) else { continue };
             if let Err(why) = proved(&net, &package) {
                 panic!("{n_branches} branches of {n_steps} steps as {}: {why}", package.style);
@@ -329,7 +329,7 @@ fn random_charts_are_proved() {
     let mut n_proved = 0;
     for seed in 0..rounds(30, 3_000) {
         let net = random_net(seed, &Features::plain());
-        for style in [Style::Switch, Style::Tables, Style::Bits] {
+        for style in [Style::Switch, Style::Tables, Style::Bits, Style::Program] {
             let Some(package) = emitted(&net, style, Io::Members) else { continue };
             if let Err(why) = proved(&net, &package) {
                 panic!("seed {seed} as {}: {why}\n{}", package.style, readable(&net));

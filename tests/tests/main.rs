@@ -6,6 +6,7 @@
 mod arbiter;
 mod busy;
 mod c_edited;
+mod c_image;
 mod c_induction;
 mod c_mutations;
 mod c_options;

@@ -22,6 +22,7 @@ use crate::times::Ticks;
 use crate::{Object, Options, bits};
 use grafsynth_ir::Gather;
 use grafsynth_ir::facts::Facts;
+use grafsynth_ir::instance::{Holds, Place as Held};
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
@@ -238,6 +239,7 @@ fn emit(
     let step = reaction(net, names, places, needs, ticks, &locals, &going, false);
     functions.extend(loading.functions("this program", reset));
     let values = values(program, places);
+    let fault = needs.sets_fault.then(|| (Held::member("fault"), Holds::Piece(Origin::Fault, 0)));
     StyleOutput {
         style: "engine with a program",
         instance,
@@ -255,9 +257,31 @@ fn emit(
         init: loading.init(),
         step,
         helpers,
+        holds: holds(program, places).into_iter().chain(fault).collect(),
         engine: Some(loading.engine(FILES, Machine::Wide, needs.instructions, values, lines)),
         ..StyleOutput::default()
     }
+}
+
+/// The contents of the bits and values of the instance.
+fn holds(program: &Program, places: &Places) -> Vec<(Held, Holds)> {
+    let mut all = Vec::new();
+    for (id, cell) in program.cells.iter() {
+        match places.cells[id] {
+            Place::Bit(at) => {
+                let bit = u32::from(at);
+                let place = Held { bit: Some(bit % 8), ..Held::element("bits", bit / 8) };
+                all.push((place, Holds::Piece(cell.origin, 0)));
+            }
+            Place::Number(row) => {
+                let first = u32::from(places.first(row));
+                all.extend((0..cell.len.unwrap_or(1)).map(|at| {
+                    (Held::element("values", first + at), Holds::Piece(cell.origin, at))
+                }));
+            }
+        }
+    }
+    all
 }
 
 /// The expression that reads each variable.

@@ -82,7 +82,8 @@ impl<'a> Attempt<'a> {
         let depth = if of.is_cut { Some(1) } else { known_depth(of.facts) };
         let mut model = Model::of(of.net, depth, of.limits)?;
         let aig = std::mem::replace(model.aig(), Aig::new());
-        let program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
+        let mut program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
+        program.most_rounds = of.facts.most_rounds(of.net).map(|rounds| rounds.value);
         let named = |suffix: &str| {
             let name = format!("{}{suffix}", of.hint.prefix);
             let is_it = |symbol: &&Symbol| {

@@ -13,6 +13,7 @@ use grafsynth_c::tree::{
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
+use super::byte_code::EngineFunction;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
@@ -107,6 +108,10 @@ pub(super) struct Program<'u> {
     pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
     /// A function whose calls are recorded and not executed.
     pub(super) replaced: Option<Replaced>,
+    /// True if the functions of the engine that interprets the image of a chart may be called.
+    pub(super) has_engine: bool,
+    /// The number of rounds that a loop of such an image makes at most, if it is the loop of the evolution and the number is known.
+    pub(super) most_rounds: Option<u32>,
     /// The number of objects so far, also of those that ended.
     n_objects: usize,
     work: u64,
@@ -172,6 +177,8 @@ impl<'u> Program<'u> {
             calls: Vec::new(),
             asked: BTreeMap::new(),
             replaced: None,
+            has_engine: false,
+            most_rounds: None,
             n_objects: 0,
             work: 0,
             depth: 0,
@@ -249,6 +256,10 @@ impl<'u> Program<'u> {
         let Some(Function { params, body }) = self.functions.get(&function) else {
             if let Some(known) = self.externs.get(&function).cloned() {
                 return self.call_extern(function, known, &arguments);
+            }
+            let engine = EngineFunction::named(&data.name).filter(|_| self.has_engine);
+            if let Some(which) = engine {
+                return self.call_engine(which, function, &arguments, memory);
             }
             return Err(format!(
                 "`{}` is called, but its definition is not in the text",

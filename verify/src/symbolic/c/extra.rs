@@ -1,4 +1,5 @@
-//! What the instance holds besides the state of the net: the ring of `--trace-ring` and the mark of `--safe-state`, and the safe outputs of a stopped chart.
+//! What the instance holds besides the state of the net: the ring of `--trace-ring`, the mark of `--safe-state` and the pointer to the image of a chart that an
+//! engine interprets; and the safe outputs of a stopped chart.
 //!
 //! The entries of the ring are not tracked: nothing that is proved reads them, and what they contain is not part of the proof. Their index is, because a wrong
 //! one would write elsewhere. The mark of `--safe-state` has one value while the chart runs, so the check before a reaction is part of the proof: it must pass
@@ -12,7 +13,7 @@ use grafsynth_ir::instance::{Extra, Place};
 use grafsynth_ir::net::Output;
 
 use super::attempt::Attempt;
-use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
+use super::memory::{Address, Cell, INPUTS, INSTANCE, Memory, Object, Pointer, Scalar};
 use super::question::{Check, Question, Subject};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
@@ -23,7 +24,7 @@ impl<'a> Subject<'a> {
     pub(super) fn mark(self) -> Option<(usize, &'a Place, i64)> {
         self.hint.extra.iter().enumerate().find_map(|(at, (place, extra))| match extra {
             Extra::Running { stopped, .. } => Some((at, place, *stopped)),
-            Extra::UpTo(_) | Extra::Written => None,
+            Extra::UpTo(_) | Extra::Written | Extra::Image => None,
         })
     }
 }
@@ -41,6 +42,11 @@ impl Attempt<'_> {
                 Extra::Running { runs, .. } => {
                     Cell::of(Scalar::Int(Int::constant(i128::from(runs))))
                 }
+                Extra::Image => {
+                    self.program.has_engine = true;
+                    let image = self.image()?;
+                    Cell::of(Scalar::Pointer(vec![(image, Lit::TRUE)]))
+                }
             };
             self.extra.push(cell);
         }
@@ -53,6 +59,19 @@ impl Attempt<'_> {
             self.gate_members.insert(gate.mark, Rc::new(Cell::of(Scalar::Int(mark))));
         }
         Ok(())
+    }
+
+    /// A pointer to the image of the chart.
+    fn image(&self) -> Result<Pointer, String> {
+        let name = format!("{}_tables", self.of.hint.prefix);
+        let mut statics = self.program.statics.iter();
+        let found = statics.find(|(symbol, _)| self.of.unit.symbols[**symbol].name == name);
+        let (_, object) = found.ok_or_else(|| format!("the text has no constant `{name}`"))?;
+        let n = match object {
+            Object::Constant(id) => self.program.constants.get(*id).map_or(0, |it| it.len()),
+            Object::Changing(_) => 0,
+        };
+        Ok(Pointer::To(Address { object: *object, cell: 0 }, n))
     }
 
     /// An element of a queue that is not used: any value of its type. The check of `--safe-state` tests these elements too, so there it is an event or 0.
@@ -98,6 +117,13 @@ impl Attempt<'_> {
             }
             let value = match (&cell.value, extra) {
                 (_, Extra::Written) => continue,
+                (Some(Scalar::Pointer(cases)), Extra::Image) => {
+                    let image = self.image()?;
+                    let others = cases.iter().filter(|(pointer, _)| *pointer != image);
+                    let others: Vec<Lit> = others.map(|(_, when)| *when).collect();
+                    checks.push(Check { question, broken: self.aig().or_all(others) });
+                    continue;
+                }
                 (Some(Scalar::Int(value)), _) => value.clone(),
                 (_, _) => return Err(format!("`{}` is not set", place.member)),
             };
@@ -105,7 +131,7 @@ impl Attempt<'_> {
             let broken = match *extra {
                 Extra::UpTo(most) => value.outside(aig, 0, i128::from(most)),
                 Extra::Running { runs, .. } => !value.is(aig, i128::from(runs)),
-                Extra::Written => continue,
+                Extra::Written | Extra::Image => continue,
             };
             checks.push(Check { question, broken });
         }

@@ -49,16 +49,29 @@ impl Attempt<'_> {
             }
         }
         let mut cells = unset(self.of.unit, instance);
+        // Unused bits of words are 0.
+        let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
         for (number, value) in state.unwrap_or(&[]).iter().enumerate() {
-            let (at, kind) = self.cell_of(instance, &self.of.hint.state[number].0)?;
+            let place = &self.of.hint.state[number].0;
+            let (at, kind) = self.cell_of(instance, place)?;
+            if let Some(bit) = place.bit {
+                let Scalar::Int(value) = value else { continue };
+                let own = value.truth(self.aig());
+                let width = self.of.unit.machine.bits(kind);
+                put_bit(&mut words, (at, width), bit, own)?;
+                continue;
+            }
             let value = self.typed(value.clone(), kind);
             // A reaction that reads it before it writes it may read a value that was never set.
             let unset = Lit::constant(self.of.unset.contains(&number));
             cells[at] = Rc::new(Cell { unset, ..Cell::of(value) });
         }
+        for (at, word) in words {
+            cells[at] = Rc::new(word_cell(word));
+        }
         if state.is_some() {
             for (number, value) in self.extra.iter().enumerate() {
-                let (at, _) = self.cell_of(instance, &self.of.hint.extra[number].0)?;
+                let (at, _) = self.scalar_of(instance, &self.of.hint.extra[number].0)?;
                 cells[at] = Rc::new(value.clone());
             }
             for (at, member) in &self.gate_members {
@@ -74,17 +87,15 @@ impl Attempt<'_> {
             for (_, place) in &self.of.hint.outputs {
                 let (at, kind) = self.cell_of(outputs, place)?;
                 if let Some(bit) = place.bit {
-                    let width = self.of.unit.machine.bits(kind) as usize;
-                    let own = self.fresh(1);
-                    let word = words.entry(at).or_insert_with(|| vec![Lit::FALSE; width + 1]);
-                    let bit = word.get_mut(bit as usize).filter(|_| (bit as usize) < width);
-                    *bit.ok_or("the bit of an output is outside of its word")? = own[0];
+                    let own = self.fresh(1)[0];
+                    let width = self.of.unit.machine.bits(kind);
+                    put_bit(&mut words, (at, width), bit, own)?;
                 } else {
                     cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
                 }
             }
             for (at, bits) in words {
-                cells[at] = Rc::new(Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits)))));
+                cells[at] = Rc::new(word_cell(bits));
             }
         }
         self.program.object(&mut memory, cells);
@@ -109,7 +120,7 @@ impl Attempt<'_> {
             }
         }
         for (at, bits) in words {
-            cells[at] = Rc::new(Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits)))));
+            cells[at] = Rc::new(word_cell(bits));
         }
         self.program.object(&mut memory, cells);
         Ok(memory)
@@ -125,22 +136,35 @@ impl Attempt<'_> {
         }
     }
 
-    /// The cell of a place in a structure, and its type.
+    /// The cell of an integer in a structure, and its type.
     pub(super) fn cell_of(
         &self,
         of: Option<StructId>,
         place: &Place,
     ) -> Result<(usize, IntKind), String> {
+        let (cell, ty) = self.scalar_of(of, place)?;
+        let kind = self.of.unit.integer(ty);
+        Ok((cell, kind.ok_or_else(|| format!("the text has no member `{}`", place.member))?))
+    }
+
+    /// The cell of a place in a structure, and its type.
+    pub(super) fn scalar_of(
+        &self,
+        of: Option<StructId>,
+        place: &Place,
+    ) -> Result<(usize, &Type), String> {
         let unit = self.of.unit;
         let missing = || format!("the text has no member `{}`", place.member);
-        let root = Type::Struct(of.ok_or_else(missing)?);
-        let (mut ty, mut cell) = (&root, 0);
+        let mut inner = of;
+        let (mut ty, mut cell) = (&Type::Void, 0);
         for name in place.member.split('.') {
-            let members = &unit.structs[ty.as_struct().ok_or_else(missing)?].members;
+            let id = inner.ok_or_else(missing)?;
+            let members = &unit.structs[id].members;
             let at = members.iter().position(|member| member.name == name);
             let at = at.ok_or_else(missing)?;
-            cell += member_offset(unit, ty, at).ok_or_else(missing)?;
+            cell += member_offset(unit, &Type::Struct(id), at).ok_or_else(missing)?;
             ty = &members[at].canonical.ty;
+            inner = ty.as_struct();
         }
         if let Type::Array(element, len) = ty {
             let index = place.element.unwrap_or(0);
@@ -152,20 +176,25 @@ impl Attempt<'_> {
         } else if place.element.is_some() {
             return Err(format!("`{}` is not an array", place.member));
         }
-        let kind = unit.integer(ty).ok_or_else(missing)?;
-        Ok((cell, kind))
+        Ok((cell, ty))
     }
 
+    /// The contents of a place in a structure: of a scalar, or of one bit of it.
     pub(super) fn read(
-        &self,
+        &mut self,
         memory: &Memory,
         object: usize,
         of: Option<StructId>,
         place: &Place,
     ) -> Result<Rc<Cell>, String> {
-        let (cell, _) = self.cell_of(of, place)?;
-        let found = memory.object(object).and_then(|cells| cells.get(cell));
-        found.cloned().ok_or_else(|| format!("the text has no member `{}`", place.member))
+        let (cell, _) = self.scalar_of(of, place)?;
+        let found = memory.object(object).and_then(|cells| cells.get(cell)).cloned();
+        let found = found.ok_or_else(|| format!("the text has no member `{}`", place.member))?;
+        let (Some(bit), Some(Scalar::Int(word))) = (place.bit, &found.value) else {
+            return Ok(found);
+        };
+        let bit = word.number(self.aig()).bit(bit as usize);
+        Ok(Rc::new(Cell { unset: found.unset, ..Cell::of(Scalar::Int(Int::Bit(bit))) }))
     }
 
     /// Calls a function of the interface with the arguments that its parameters require.
@@ -318,4 +347,22 @@ impl Attempt<'_> {
         }
         Ok(checks)
     }
+}
+
+/// Sets a bit of a word, which is found by its cell and has this width; its other bits are 0.
+fn put_bit(
+    words: &mut BTreeMap<usize, Vec<Lit>>,
+    (cell, width): (usize, u32),
+    bit: u32,
+    value: Lit,
+) -> Result<(), String> {
+    let word = words.entry(cell).or_insert_with(|| vec![Lit::FALSE; width as usize + 1]);
+    let place = word.get_mut(bit as usize).filter(|_| bit < width);
+    *place.ok_or("a bit is outside of its word")? = value;
+    Ok(())
+}
+
+/// A word of these bits, of which the last is the sign.
+fn word_cell(bits: Vec<Lit>) -> Cell {
+    Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits))))
 }

@@ -12,6 +12,7 @@ mod answers;
 mod asked;
 mod assume;
 mod attempt;
+mod byte_code;
 mod bytes;
 mod cases;
 mod eval;
@@ -24,6 +25,7 @@ mod memory;
 mod merged;
 mod net_values;
 mod pointers;
+mod program_image;
 mod question;
 mod relation;
 mod run;
@@ -34,7 +36,7 @@ use grafsynth_c::tree::Unit;
 use grafsynth_ir::Valid;
 use grafsynth_ir::counted;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::instance::Representation;
+use grafsynth_ir::instance::{Extra, Representation};
 use grafsynth_ir::net::Net;
 
 use crate::cover::cover;
@@ -52,6 +54,8 @@ pub struct Induction {
     pub solved: usize,
     /// The number of operations that C may leave undefined and that were proved to be defined.
     pub obligations: usize,
+    /// True if the text is an image with the C around it: the engine that interprets the image is not part of the proof.
+    pub is_of_image: bool,
     /// The number of nodes of the graph in all questions for the solver, a measure of its work.
     work: usize,
     /// The same for the cases of single questions.
@@ -72,9 +76,10 @@ impl std::fmt::Display for Induction {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let functions = counted(self.same + self.solved, "function", "functions");
         let Induction { same, solved, obligations, .. } = self;
+        let of_image = if self.is_of_image { " of the image" } else { "" };
         write!(
             f,
-            "proved by induction: {functions}, {same} equal by construction, {solved} by the solver"
+            "proved by induction{of_image}: {functions}, {same} equal by construction, {solved} by the solver"
         )?;
         if *obligations > 0 {
             let dangers = counted(*obligations, "operation", "operations");
@@ -99,5 +104,6 @@ pub fn prove(
     let further = &cover(net).further;
     let subject =
         Subject { net, facts, further, unit, functions, hint, unset: &[], is_cut: false, limits };
-    subject.prove()
+    let is_of_image = hint.extra.iter().any(|(_, extra)| *extra == Extra::Image);
+    subject.prove().map(|proved| Induction { is_of_image, ..proved })
 }

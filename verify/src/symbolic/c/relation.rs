@@ -290,6 +290,9 @@ impl Attempt<'_> {
             let add = |broken| Check { question: question.clone(), broken };
             checks.extend([cell.unset].into_iter().chain(broken).map(add));
         }
+        let places = self.of.hint.state.iter().map(|(place, _)| place);
+        let instance = (INSTANCE, self.structures.instance);
+        checks.extend(self.unused_bits(instance, places, memory, Question::State)?);
         checks.extend(self.extra_checks(memory)?);
         Ok(checks)
     }
@@ -398,22 +401,26 @@ impl Attempt<'_> {
                 NetType::Bool => Value::Flag(code.first().copied().unwrap_or(Lit::FALSE)),
                 NetType::Int { lo, .. } => Value::Number(Number::from_code(aig, code, lo)),
             };
-            let value = match place.bit {
-                Some(bit) => Int::Bit(value.number(aig).bit(bit as usize)),
-                None => value.clone(),
-            };
-            let broken = differs(aig, &value, &wanted);
+            let broken = differs(aig, value, &wanted);
             let broken = aig.or(broken, cell.unset);
             checks.push(Check { question: Question::Output(at), broken });
         }
-        checks.extend(self.unused_bits(memory)?);
+        let places = self.of.hint.outputs.iter().map(|(_, place)| place);
+        let outputs = (OUTPUTS, self.structures.outputs);
+        checks.extend(self.unused_bits(outputs, places, memory, Question::Output)?);
         Ok(checks)
     }
 
-    /// Checks that the unused bits of output words are 0.
-    fn unused_bits(&mut self, memory: &Memory) -> Result<Vec<Check>, String> {
+    /// Checks that the bits of words that hold nothing are 0.
+    fn unused_bits<'p>(
+        &mut self,
+        (object, of): (usize, Option<StructId>),
+        places: impl Iterator<Item = &'p Place>,
+        memory: &Memory,
+        question: fn(usize) -> Question,
+    ) -> Result<Vec<Check>, String> {
         let mut words: BTreeMap<Place, (usize, BTreeSet<u32>)> = BTreeMap::new();
-        for (at, (_, place)) in self.of.hint.outputs.iter().enumerate() {
+        for (at, place) in places.enumerate() {
             if let Some(bit) = place.bit {
                 let word = Place { bit: None, ..place.clone() };
                 words.entry(word).or_insert((at, BTreeSet::new())).1.insert(bit);
@@ -421,13 +428,13 @@ impl Attempt<'_> {
         }
         let mut checks = Vec::new();
         for (place, (at, used)) in words {
-            let cell = self.read(memory, OUTPUTS, self.structures.outputs, &place)?;
+            let cell = self.read(memory, object, of, &place)?;
             let Some(Scalar::Int(value)) = &cell.value else { continue };
             let aig = &mut self.program.aig;
             let number = value.number(aig);
             let unused = (0..).zip(number.bits()).filter(|(bit, _)| !used.contains(bit));
             let broken = aig.or_all(unused.map(|(_, lit)| *lit).collect::<Vec<_>>());
-            checks.push(Check { question: Question::Output(at), broken });
+            checks.push(Check { question: question(at), broken });
         }
         Ok(checks)
     }

@@ -176,13 +176,13 @@ impl<'a> Interpreter<'a> {
     fn shown(&mut self, memory: Memory) -> Result<(Snapshot, Shown), Stuck> {
         self.defined()?;
         let Attempt { of, structures, .. } = &self.attempt;
-        let (hint, outputs, instance) = (of.hint, structures.outputs, structures.instance);
+        let (of, outputs, instance) = (*of, structures.outputs, structures.instance);
+        let hint = of.hint;
         let mut shown = Shown::default();
         for (output, place) in &hint.outputs {
             let cell = self.attempt.read(&memory, OUTPUTS, outputs, place)?;
             let name = || format!("output `{}` is not set", of.net.outputs[*output].name);
             let value = value_of(&cell).ok_or_else(name)?;
-            let value = place.bit.map_or(value, |bit| value.checked_shr(bit).unwrap_or(0) & 1);
             shown.outputs.push((*output, value));
         }
         for (var, element, place) in &self.elements {

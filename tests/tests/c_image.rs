@@ -1,0 +1,133 @@
+//! The proof of charts that an engine interprets: the image is executed together with the C around it, and no image or C that differs is proved.
+
+#![allow(clippy::print_stdout, reason = "tests report what they counted")]
+
+use crate::c_mutations::{Change, changes, difference};
+use grafsynth_backend_c::{Options, Package, Style, emit};
+use grafsynth_driver::c_proof::prove_c;
+use grafsynth_engines::tools;
+use grafsynth_ir::Valid;
+use grafsynth_ir::net::{InputKind, Net, Output};
+use grafsynth_sim::Random;
+use grafsynth_tests::random_net::{Features, random_net};
+use grafsynth_tests::{chart, in_parallel, rounds, small_limits};
+use grafsynth_verify::c_code::Induction;
+use grafsynth_verify::{Limits, facts};
+
+/// A timer, an array with a variable index, numbers that saturate, divisions and shifts.
+const NUMBERS: &str = "chart numbers {
+    tick 10 ms
+    evolution single
+    input up, down
+    input by: int 1..3
+    output q: int -20..20
+    output late
+    var n: int -20..20
+    var m: int 0..255
+    var i: int 0..2
+    var a: int 0..9 [3]
+    initial step s { entry { q := n } }
+    step t { late if t.t > 5 s }
+    s -> t when up and a[i] < 9 do { a[i] := a[i] + by; n := n + by; m := n / by + n mod by; i := i + 1 }
+    t -> s when down after 1 s do { n := n - a[1]; m := (m shl 1) bxor (m shr 3); i := m mod 3 }
+}
+";
+
+/// Two micro-steps follow each other, so the evolution is a loop of the byte code.
+const STABLE: &str = "chart stable {
+    evolution stable
+    input a, b
+    output q
+    initial step s
+    step t
+    step u { q }
+    s -> t when a
+    t -> u when b
+    u -> s when not a
+}
+";
+
+fn emitted(net: &Valid<Net>) -> Option<Package> {
+    let options = Options { style: Style::Program, ..Options::default() };
+    emit(net, &facts(net, &small_limits()), &options).ok()
+}
+
+fn read(net: &Valid<Net>, package: &Package) -> Result<Induction, String> {
+    prove_c(net, &facts(net, &small_limits()), package, &Limits::default())
+}
+
+#[test]
+fn byte_code_is_proved_as_a_proof_of_the_image() {
+    for text in [NUMBERS, STABLE] {
+        let net = chart("chart.graf", text);
+        let package = emitted(&net).expect("the style supports it");
+        let proved = read(&net, &package).unwrap_or_else(|why| panic!("{text}: {why}"));
+        assert!(proved.is_of_image);
+        let other = Options { style: Style::Bits, ..Options::default() };
+        let other = emit(&net, &facts(&net, &small_limits()), &other).expect("it is emitted");
+        assert!(!read(&net, &other).is_ok_and(|proved| proved.is_of_image));
+    }
+}
+
+/// Random charts with all features, except functions of the user, are proved or stay open.
+#[test]
+fn most_random_byte_code_is_proved() {
+    let base = Features::everything().without_statecharts();
+    let seeds: Vec<u64> = (0..rounds(40, 2_000)).collect();
+    let answers = in_parallel(&seeds, |seed| {
+        let net = random_net(*seed, &base.some(*seed));
+        let asks = net.inputs.values().any(|input| input.kind == InputKind::Extern);
+        if asks || net.outputs.values().any(Output::is_extern) {
+            return None;
+        }
+        let answer = read(&net, &emitted(&net)?);
+        if let Err(why) = &answer {
+            println!("seed {seed}: {why}");
+        }
+        Some(answer.is_ok())
+    });
+    let answers: Vec<bool> = answers.into_iter().flatten().collect();
+    let n_proved = answers.iter().filter(|it| **it).count();
+    println!("{n_proved} of {} are proved", answers.len());
+    assert!(n_proved * 2 >= answers.len() && answers.len() * 4 >= seeds.len());
+}
+
+/// Changed bytes of images, and changed tokens of the C around them.
+#[test]
+fn no_mutant_of_an_image_that_differs_is_proved() {
+    if tools::c_compiler().is_none() {
+        println!("skipped: no C compiler is installed");
+        return;
+    }
+    let subject = |text: &str| {
+        let net = chart("chart.graf", text);
+        let package = emitted(&net).expect("the style supports it");
+        let is_of_chart = |change: &Change| {
+            let name = &package.files[change.file].name;
+            name.ends_with(".c") && !name.starts_with("grafsynth_")
+        };
+        let changes: Vec<Change> = changes(&package).into_iter().filter(is_of_chart).collect();
+        (net, package, changes)
+    };
+    let subjects = [NUMBERS, STABLE].map(subject);
+    let mut random = Random::new(5);
+    let numbers = 0..rounds(60, 2_000) as usize;
+    let mutants: Vec<_> = numbers
+        .map(|at| {
+            let subject = &subjects[at % subjects.len()];
+            (subject, random.pick(&subject.2).expect("C has tokens").clone())
+        })
+        .collect();
+    let proved = in_parallel(&mutants, |((net, package, _), change)| {
+        let mut mutant = package.clone();
+        mutant.files[change.file].text.replace_range(change.from..change.to, &change.with);
+        let is_proved = read(net, &mutant).is_ok();
+        if is_proved && let Some(why) = difference(net, &mutant) {
+            panic!("proved, but different: {change:?}: {why}");
+        }
+        is_proved
+    });
+    let n_proved = proved.iter().filter(|it| **it).count();
+    println!("{n_proved} of {} mutants are proved and equal", mutants.len());
+    assert!(n_proved * 2 < mutants.len(), "most changes have an effect");
+}
