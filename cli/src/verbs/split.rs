@@ -77,9 +77,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         Err(mut errors) => {
             let mut all = found;
             all.append(&mut errors);
-            session.show(&all);
-            session.tell("nothing was written\n");
-            return Err(Stop::Errors);
+            return Err(refused(session, &all));
         }
     };
     let mut found = found;
@@ -88,9 +86,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         Ok(link) => link,
         Err(errors) => {
             found.extend(errors);
-            session.show(&found);
-            session.tell("nothing was written\n");
-            return Err(Stop::Errors);
+            return Err(refused(session, &found));
         }
     };
     let table = arguments.table.then(|| split::table(net, &split, &link, &request));
@@ -104,6 +100,13 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         session.tell(&format!("\n{table}\n"));
     }
     Ok(exit)
+}
+
+/// Shows why there is no split.
+fn refused(session: &mut Session, found: &[grafsynth_ir::Diagnostic]) -> Stop {
+    session.show(found);
+    session.tell("nothing was written\n");
+    Stop::Errors
 }
 
 /// Proves or tests the C of the parts, and collects the findings of their builds.

@@ -26,14 +26,14 @@ const DONE: i128 = 0;
 
 /// A function of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum EngineFunction {
+enum EngineFunction {
     Begin,
     Go,
 }
 
 impl EngineFunction {
     /// The function with this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
+    fn named(name: &str) -> Option<Self> {
         match name {
             "gp_begin" => Some(EngineFunction::Begin),
             "gp_go" => Some(EngineFunction::Go),
@@ -79,9 +79,19 @@ struct State {
     loops: u32,
 }
 
+/// Calls a function of the engine; `None` if it is not one.
+pub(super) fn call<'u>(
+    program: &mut Program<'u>,
+    function: SymbolId,
+    arguments: &[Scalar],
+    memory: &mut Memory,
+) -> Option<Done<Option<Scalar>>> {
+    let which = EngineFunction::named(&program.unit.symbols[function].name)?;
+    Some(program.call_engine(which, function, arguments, memory))
+}
+
 impl<'u> Program<'u> {
-    /// Calls a function of the engine.
-    pub(super) fn call_engine(
+    fn call_engine(
         &mut self,
         which: EngineFunction,
         function: SymbolId,

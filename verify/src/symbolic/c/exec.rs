@@ -13,7 +13,6 @@ use grafsynth_c::tree::{
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
-use super::byte_code::EngineFunction;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
@@ -34,6 +33,11 @@ const LEFT: &str = "an exit from the middle of a reaction is not supported";
 
 /// The reason why the program cannot be executed.
 pub(super) type Stop = String;
+
+/// Calls a function of an engine, if it is one.
+pub(super) type Engine<'u> =
+    fn(&mut Program<'u>, SymbolId, &[Scalar], &mut Memory) -> Option<Done<Option<Scalar>>>;
+
 pub(super) type Done<T> = Result<T, Stop>;
 
 /// Something that the program must never do.
@@ -108,8 +112,8 @@ pub(super) struct Program<'u> {
     pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
     /// A function whose calls are recorded and not executed.
     pub(super) replaced: Option<Replaced>,
-    /// True if the functions of the engine that interprets the image of a chart may be called.
-    pub(super) has_engine: bool,
+    /// The functions of the engine that interprets the image of a chart, if they may be called.
+    pub(super) engine: Option<Engine<'u>>,
     /// The number of rounds that a loop of such an image makes at most, if it is the loop of the evolution and the number is known.
     pub(super) most_rounds: Option<u32>,
     /// The number of objects so far, also of those that ended.
@@ -177,7 +181,7 @@ impl<'u> Program<'u> {
             calls: Vec::new(),
             asked: BTreeMap::new(),
             replaced: None,
-            has_engine: false,
+            engine: None,
             most_rounds: None,
             n_objects: 0,
             work: 0,
@@ -257,9 +261,10 @@ impl<'u> Program<'u> {
             if let Some(known) = self.externs.get(&function).cloned() {
                 return self.call_extern(function, known, &arguments);
             }
-            let engine = EngineFunction::named(&data.name).filter(|_| self.has_engine);
-            if let Some(which) = engine {
-                return self.call_engine(which, function, &arguments, memory);
+            if let Some(engine) = self.engine
+                && let Some(done) = engine(self, function, &arguments, memory)
+            {
+                return done;
             }
             return Err(format!(
                 "`{}` is called, but its definition is not in the text",

@@ -13,6 +13,7 @@ use grafsynth_ir::instance::{Extra, Place};
 use grafsynth_ir::net::Output;
 
 use super::attempt::Attempt;
+use super::byte_code;
 use super::memory::{Address, Cell, INPUTS, INSTANCE, Memory, Object, Pointer, Scalar};
 use super::question::{Check, Question, Subject};
 use super::value::Int;
@@ -43,7 +44,7 @@ impl Attempt<'_> {
                     Cell::of(Scalar::Int(Int::constant(i128::from(runs))))
                 }
                 Extra::Image => {
-                    self.program.has_engine = true;
+                    self.program.engine = Some(byte_code::call);
                     let image = self.image()?;
                     Cell::of(Scalar::Pointer(vec![(image, Lit::TRUE)]))
                 }

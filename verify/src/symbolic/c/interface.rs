@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use grafsynth_c::tree::types::{IntKind, Type};
-use grafsynth_c::tree::{StructId, SymbolId, Unit};
+use grafsynth_c::tree::{StructId, SymbolId};
 use grafsynth_ir::expr::Type as NetType;
 use grafsynth_ir::instance::Place;
 
@@ -38,17 +38,13 @@ impl Attempt<'_> {
 
     /// The instance, the outputs, and the inputs; before the reset, instance and outputs have no values.
     pub(super) fn memory(&mut self, state: Option<&[Scalar]>) -> Result<Memory, String> {
-        let unset = |unit: &Unit, id: Option<StructId>| {
-            let n = id.and_then(|id| n_cells(unit, &Type::Struct(id))).unwrap_or(0);
-            Cell::unset(n)
-        };
         let Structures { instance, inputs, outputs } = self.structures;
         for id in [instance, inputs, outputs].into_iter().flatten() {
             if n_cells(self.of.unit, &Type::Struct(id)).is_none_or(|n| n > MAX_CELLS) {
                 return Err(format!("a structure has more than {MAX_CELLS} values"));
             }
         }
-        let mut cells = unset(self.of.unit, instance);
+        let mut cells = self.unset(instance);
         // Unused bits of words are 0.
         let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
         for (number, value) in state.unwrap_or(&[]).iter().enumerate() {
@@ -80,33 +76,44 @@ impl Attempt<'_> {
         }
         let mut memory = Memory::default();
         self.program.object(&mut memory, cells);
-        let mut cells = unset(self.of.unit, outputs);
-        if state.is_some() {
-            // The reset set them, and the caller may have written any values since; unused bits of words stay 0.
-            let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
-            for (_, place) in &self.of.hint.outputs {
-                let (at, kind) = self.cell_of(outputs, place)?;
-                if let Some(bit) = place.bit {
-                    let own = self.fresh(1)[0];
-                    let width = self.of.unit.machine.bits(kind);
-                    put_bit(&mut words, (at, width), bit, own)?;
-                } else {
-                    cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
-                }
-            }
-            for (at, bits) in words {
-                cells[at] = Rc::new(word_cell(bits));
+        let cells = self.output_cells(state.is_some())?;
+        self.program.object(&mut memory, cells);
+        let cells = self.input_cells()?;
+        self.program.object(&mut memory, cells);
+        Ok(memory)
+    }
+
+    /// The outputs. After the reset, the caller may have written any values; unused bits of words stay 0.
+    fn output_cells(&mut self, is_set: bool) -> Result<Vec<Rc<Cell>>, String> {
+        let outputs = self.structures.outputs;
+        let mut cells = self.unset(outputs);
+        let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
+        for (_, place) in self.of.hint.outputs.iter().filter(|_| is_set) {
+            let (at, kind) = self.cell_of(outputs, place)?;
+            if let Some(bit) = place.bit {
+                let own = self.fresh(1)[0];
+                let width = self.of.unit.machine.bits(kind);
+                put_bit(&mut words, (at, width), bit, own)?;
+            } else {
+                cells[at] = Rc::new(Cell::of(self.anything(outputs, place)?));
             }
         }
-        self.program.object(&mut memory, cells);
-        let mut cells = unset(self.of.unit, inputs);
+        for (at, bits) in words {
+            cells[at] = Rc::new(word_cell(bits));
+        }
+        Ok(cells)
+    }
+
+    /// The inputs. A port register may be copied to a word, so its unused bits may have any value.
+    fn input_cells(&mut self) -> Result<Vec<Rc<Cell>>, String> {
+        let inputs = self.structures.inputs;
+        let mut cells = self.unset(inputs);
         let mut words: BTreeMap<usize, Vec<Lit>> = BTreeMap::new();
         for (input, place) in &self.of.hint.inputs {
             let (at, kind) = self.cell_of(inputs, place)?;
             let value = scalar(&self.inputs.values[input.index()]);
             if let Some(bit) = place.bit {
                 let width = self.of.unit.machine.bits(kind) as usize;
-                // A port register may be copied there, so the other bits may have any value.
                 let mut fresh = self.fresh(u32::try_from(width).unwrap_or(0));
                 fresh.push(Lit::FALSE);
                 let word = words.entry(at).or_insert(fresh);
@@ -122,8 +129,13 @@ impl Attempt<'_> {
         for (at, bits) in words {
             cells[at] = Rc::new(word_cell(bits));
         }
-        self.program.object(&mut memory, cells);
-        Ok(memory)
+        Ok(cells)
+    }
+
+    /// A structure without values.
+    fn unset(&self, id: Option<StructId>) -> Vec<Rc<Cell>> {
+        let n = id.and_then(|id| n_cells(self.of.unit, &Type::Struct(id))).unwrap_or(0);
+        Cell::unset(n)
     }
 
     /// A value in the form in which its cell stores it: in a `bool`, 0 or 1.
