@@ -7,10 +7,11 @@ use grafsynth_backend_c::{Options, Style};
 use grafsynth_driver::run::net_trace;
 use grafsynth_engines::{Availability, CEngine, Engine, EngineError, Job};
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::{Enter, Leaf, Net, TransitionId};
+use grafsynth_ir::net::{Enter, Leaf, Net, Policy, TransitionId};
 use grafsynth_sim::{Simulator, Stimulus, compare};
+use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, rounds};
-use grafsynth_verify::{Limits, Wait, waiting};
+use grafsynth_verify::{Limits, Wait, may_lose, waiting};
 
 fn by_age() -> Valid<Net> {
     chart("arbiter.graf", include_str!("../../examples/arbiter/arbiter.graf"))
@@ -147,4 +148,31 @@ fn among_unequal_priorities_the_cycle_starves_its_client_in_every_engine() {
         }
         assert_eq!(found, starved, "{}", net.name);
     }
+}
+
+/// If no transition can lose its turn, as judged from the structure, the search finds none that does.
+#[test]
+fn the_first_transition_of_a_step_never_waits_for_others() {
+    let policies = vec![Policy::Priority];
+    let features = Features { policies, max_steps: 5, timers: true, ..Features::plain() };
+    let (mut n_first, mut n_lose) = (0, 0);
+    for seed in 0..rounds(150, 3_000) {
+        let net = random_net(seed, &features);
+        let Ok(waits) = waiting(&net, &Limits::default()) else { continue };
+        let loses = |wait: &Wait| !matches!(wait, Wait::Bounded { turns: 0, .. });
+        if may_lose(&net) {
+            n_lose += waits.iter().filter(|it| loses(&it.wait)).count();
+        } else {
+            n_first += waits.len();
+            for one in &waits {
+                assert!(
+                    !loses(&one.wait),
+                    "seed {seed}: {one:?}\n{}",
+                    grafsynth_ir::text::print(&net)
+                );
+            }
+        }
+    }
+    println!("{n_first} are first, {n_lose} of the others lose their turn");
+    assert!(n_first > 0 && n_lose > 0);
 }

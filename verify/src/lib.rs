@@ -53,7 +53,7 @@ pub use symbolic::{
     dominates, joined, recheck, state_bits,
 };
 pub use verdict::{Open, OpenReason, Scope, Tested};
-pub use waiting::{Wait, Waiting, waiting};
+pub use waiting::{Wait, Waiting, may_lose, waiting};
 
 #[cfg(test)]
 mod testing;

@@ -9,7 +9,7 @@
 //! Under `priority-age` (semantics §4) the bound exists if the priorities P are equal and only the competitors enter each following
 //! step.
 
-use grafsynth_ir::net::{Evolution, Net, Policy, TransitionId, TransitionKind};
+use grafsynth_ir::net::{Evolution, Net, Policy, Step, StepKind, TransitionId, TransitionKind};
 use grafsynth_ir::{Valid, counted};
 use grafsynth_sim::{InputRow, Stimulus};
 use indexmap::IndexSet;
@@ -86,6 +86,28 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
         wait: search.wait(bit),
     };
     Ok(rivals.iter().enumerate().map(answer).collect())
+}
+
+/// True if a transition that [`waiting`] analyses may be fireable and not fire. Under `priority`, the first transition of a step always gets its turn, unless something
+/// stops its step or its chart.
+#[must_use]
+pub fn may_lose(net: &Net) -> bool {
+    let stops = |step: &Step| step.parent.is_some() || step.kind == StepKind::Final || step.halts();
+    if net.settings.policy != Policy::Priority
+        || net.settings.fire_one
+        || !net.forcings.is_empty()
+        || net.steps.values().any(stops)
+    {
+        return true;
+    }
+    let urgency = |id: TransitionId| (net.transitions[id].priority.unwrap_or(u32::MAX), id);
+    rivals(net).into_iter().any(|rival| {
+        let data = &net.transitions[rival];
+        let mut others = net.transitions.iter().filter(|(id, other)| {
+            *id != rival && data.requires.iter().any(|step| other.requires.contains(step))
+        });
+        others.any(|(id, other)| urgency(id) < urgency(rival) || other.part != data.part)
+    })
 }
 
 /// Transitions that compete for one step, and whose receptivities depend only on a row and a situation.

@@ -403,9 +403,13 @@ fn waits(
     explored: &Explored<'_>,
     limits: &Limits,
 ) -> Result<(), Stop> {
+    let by_age = net.settings.policy == Policy::PriorityAge;
+    // Without ages, only the report for machines has bounds, and people need to know who may wait for ever.
+    if !by_age && !session.is_for_machines() && !grafsynth_verify::may_lose(net) {
+        return Ok(());
+    }
     // This check is secondary, so it must not take long.
     let limits = Limits { pairs: limits.pairs.min(200_000), ..limits.clone() };
-    let by_age = net.settings.policy == Policy::PriorityAge;
     let waits = match explored.waiting(&limits) {
         Ok(waits) => waits,
         Err(why) => {
