@@ -6,16 +6,17 @@ use crate::files;
 use crate::lists::did_you_mean;
 use crate::render::{self, Style};
 use crate::report::{Answer, Report, Status};
+use grafsynth_draw::MarkedError;
 use grafsynth_driver::languages::{self, LANGUAGES, Language};
 use grafsynth_driver::libraries;
 use grafsynth_driver::read::{self, Design, LibraryText, NetDesign, ReadLimits, Texts};
 use grafsynth_driver::source::Sources;
 use grafsynth_driver::stem::FileStem;
 use grafsynth_ir::Diagnostic;
-use grafsynth_ir::Valid;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::plant::Plant;
+use grafsynth_ir::{Span, Valid};
 use std::cell::{Cell, RefCell};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -44,6 +45,8 @@ pub(crate) struct Session {
     pub(crate) traces: Rc<Cell<usize>>,
     /// The errors so far, one line each; only for `--watch`.
     remarks: Rc<RefCell<Vec<String>>>,
+    /// The texts of the last design with errors, and its findings.
+    failed: Option<(Texts, Vec<Diagnostic>)>,
 }
 
 /// Why a verb cannot continue. If no message is included, it was already printed.
@@ -79,6 +82,7 @@ impl Session {
             source_limit: global.source_limit,
             traces: Rc::default(),
             remarks: Rc::default(),
+            failed: None,
         }
     }
 
@@ -94,6 +98,7 @@ impl Session {
             source_limit: self.source_limit,
             traces: Rc::clone(&self.traces),
             remarks: Rc::clone(&self.remarks),
+            failed: None,
         }
     }
 
@@ -275,12 +280,28 @@ impl Session {
             None => {
                 self.show(&found);
                 Err(if any_error(&found) {
+                    self.failed = Some((texts, found));
                     Stop::Errors
                 } else {
                     Stop::Input(format!("{} is empty", input.file))
                 })
             }
         }
+    }
+
+    /// The chart of the last design with errors, as far as it was parsed, and its errors: their places in it, and each as a line of text.
+    pub(crate) fn unchecked(&mut self) -> Option<(grafsynth_ir::chart::Design, Vec<MarkedError>)> {
+        let (texts, found) = self.failed.take()?;
+        let design = read::unchecked(&self.sources, &texts, self.limits)?;
+        let source = self.sources.get(texts.main)?;
+        let errors = found.iter().filter(|one| one.is_error()).map(|one| {
+            let labels = one.labels.iter().map(|label| label.span);
+            let places: Vec<Span> = labels.filter(|span| span.file == texts.main).collect();
+            let line = places.first().map(|span| source.line_of(span.range().start) + 1);
+            let line = line.map_or_else(String::new, |line| format!("line {line}: "));
+            MarkedError { places, text: format!("{line}{}", one.message) }
+        });
+        Some((design, errors.collect()))
     }
 
     /// Reads the plant of a chart: the named file, or `NAME.plant` beside the chart. `None` if there is none; with errors, which are shown, there is no page and

@@ -73,3 +73,23 @@ fn pages_have_numbered_names_or_are_one_pdf_file() {
     let errors = String::from_utf8_lossy(&statechart.stderr).into_owned();
     assert!(statechart.status.code() == Some(1) && errors.contains("statechart"), "{errors}");
 }
+
+/// Whatever was parsed is drawn; each error is listed, and marked at its element. Nothing is written for a text without a chart, and no pages.
+#[test]
+fn a_chart_with_errors_is_drawn_with_marks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let chart = "chart c {\n input a\n output X\n initial step s { X }\n step t { Q }\n s -> t when zz\n t -> nowhere when a\n}\n";
+    fs::write(folder.join("c.graf"), chart).expect("it is written");
+    let output = run(folder, "draw c.graf");
+    assert_eq!(output.status.code(), Some(1));
+    let drawn = fs::read_to_string(folder.join("c.svg")).expect("it is drawn");
+    for text in ["c.graf has errors", "(1) line 5: unknown name `Q`", ">(1)<", ">(2)<", ">(3)<"] {
+        assert!(drawn.contains(text), "{text}: {drawn}");
+    }
+    assert_eq!(run(folder, "draw c.graf --page A4 -o p.svg").status.code(), Some(1));
+    fs::write(folder.join("empty.graf"), "").expect("it is written");
+    assert_eq!(run(folder, "draw empty.graf").status.code(), Some(1));
+    let files = fs::read_dir(folder).expect("a folder").count();
+    assert_eq!(files, 3, "c.graf, c.svg and empty.graf");
+}

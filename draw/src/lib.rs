@@ -50,7 +50,7 @@ mod vertex;
 pub mod waves;
 
 pub use bars::{BarRow, BarTable, bars};
-pub use notice::noticed;
+pub use notice::{MarkedError, marked, noticed};
 pub use overlay::{Blank, Counts, Frame, Part};
 pub use pages::{Page, Paper, TitleBlock, pages};
 pub use pdf::pdf;

@@ -106,6 +106,19 @@ pub fn read(
     (design, found)
 }
 
+/// The chart of a text that [`read`] rejects, as far as it was parsed, without its library charts. Nothing is checked: it may contain unknown names.
+#[must_use]
+pub fn unchecked(sources: &Sources, texts: &Texts, limits: ReadLimits) -> Option<chart::Design> {
+    let source = sources.get(texts.main)?;
+    let language = texts.language.or_else(|| Language::of(&source.path, &source.text))?;
+    let front = limits.front();
+    match language.read {
+        Reader::Chart(parse) => parse(texts.main, &source.text, &front).design,
+        Reader::C(parse) => parse(texts.main, &source.text, &front, &texts.c).design,
+        Reader::Net(_) | Reader::Equations(_) | Reader::Circuit(_) | Reader::Fuses(_) => None,
+    }
+}
+
 /// True if a finding only repeats an earlier one. This is the case if a transition never fires for a reason that the reader reported at the same location, or
 /// if a step is never active because no transition leads to it, which was reported.
 #[must_use]

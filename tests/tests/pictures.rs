@@ -6,7 +6,9 @@
 use crate::page::browser;
 use grafsynth_draw::picture::{Picture, Shape};
 use grafsynth_draw::waves::{Group, Signal, Waves};
-use grafsynth_draw::{Counts, Options, Style, layout, png, svg, waves};
+use grafsynth_draw::{Counts, MarkedError, Options, Style, layout, marked, png, svg, waves};
+use grafsynth_driver::read::{ReadLimits, Texts, read, unchecked};
+use grafsynth_driver::source::Sources;
 use grafsynth_engines::scratch::Scratch;
 use grafsynth_engines::tools;
 use grafsynth_frontend::graf;
@@ -144,4 +146,44 @@ fn a_browser_shows_what_png_files_contain() {
         assert!(number(name, "worst") < 90.0, "{name}: {}", found[name]);
         assert!(number(&spoiled, "worst") > 90.0, "{spoiled}: {}", found[spoiled.as_str()]);
     }
+}
+
+/// The charts of all cases with errors, as far as they were parsed, are drawn without a panic.
+#[test]
+fn what_was_parsed_of_charts_with_errors_is_drawn() {
+    let mut folders = vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/cases"))];
+    let (mut n_drawn, mut n_marked) = (0, 0);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder").flatten() {
+            if entry.path().is_dir() {
+                folders.push(entry.path());
+                continue;
+            }
+            let (name, Ok(text)) =
+                (entry.path().display().to_string(), fs::read_to_string(entry.path()))
+            else {
+                continue;
+            };
+            let mut sources = Sources::default();
+            let main = sources.add(name, text);
+            let texts = Texts { main, ..Texts::default() };
+            let (None, found) = read(&sources, &texts, ReadLimits::default()) else { continue };
+            let Some(design) = unchecked(&sources, &texts, ReadLimits::default()) else { continue };
+            let Ok(picture) = layout(&design, &Options::default()) else { continue };
+            let errors: Vec<MarkedError> = found
+                .iter()
+                .map(|one| MarkedError {
+                    places: one.labels.iter().map(|label| label.span).collect(),
+                    text: one.message.clone(),
+                })
+                .collect();
+            let before = picture.marks.len();
+            n_drawn += 1;
+            // A heading, a line for each error, the area behind both; more are marks in the drawing.
+            let sheet = marked(&picture, "it has errors", &errors);
+            n_marked += usize::from(sheet.marks.len() > before + 2 + errors.len());
+        }
+    }
+    println!("{n_drawn} charts with errors drawn, in {n_marked} of them an element is marked");
+    assert!(n_drawn > 50 && n_marked * 4 > n_drawn, "{n_marked} of {n_drawn}");
 }

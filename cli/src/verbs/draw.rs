@@ -7,8 +7,8 @@ use crate::lists::did_you_mean;
 use crate::load::{Session, Stop};
 use crate::verbs::{draw_overlays, products};
 use grafsynth_draw::{
-    Blank, NotDrawn, Options, Page, Paper, Picture, Rendered, Style, TitleBlock, TooLarge, frames,
-    layout, noticed, page_png, page_svg, pages, pdf, png, svg,
+    Blank, Counts, NotDrawn, Options, Page, Paper, Part, Picture, Rendered, Style, TitleBlock,
+    TooLarge, frames, layout, marked, noticed, page_png, page_svg, pages, pdf, png, svg,
 };
 use grafsynth_driver::read::NetDesign;
 use std::collections::BTreeSet;
@@ -38,7 +38,25 @@ impl Format {
 }
 
 pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
-    Ok(draw(session, arguments)?.1)
+    match draw(session, arguments) {
+        Err(Stop::Errors) => with_errors(session, arguments),
+        done => Ok(done?.1),
+    }
+}
+
+/// Draws what was parsed of a chart with errors, which were shown, and marks them. Pages are not written.
+fn with_errors(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
+    let Some((design, errors)) = session.unchecked() else { return Err(Stop::Errors) };
+    let output = products::target(arguments.output.as_deref(), &arguments.input.file, "svg");
+    let options = options(arguments, &[], None);
+    let options = Options { active: &[], ..options };
+    if design.charts.is_empty() || paper(arguments, &output)?.is_some() {
+        return Err(Stop::Errors);
+    }
+    let Ok(picture) = layout(&design, &options) else { return Err(Stop::Errors) };
+    let heading = format!("{} has errors", arguments.input.file);
+    write_whole(session, &marked(&picture, &heading, &errors), arguments.scale, output)?;
+    Ok(Exit::Errors)
 }
 
 /// Draws the chart for `--watch`. If it cannot be drawn, the last good picture is written with the errors above it, except on pages.
@@ -61,6 +79,9 @@ pub(crate) fn again(
     let output = products::target(arguments.output.as_deref(), &arguments.input.file, "svg");
     let errors = session.remarks();
     let is_shown = paper(arguments, &output)?.is_none();
+    if last.is_none() {
+        return with_errors(session, arguments);
+    }
     if let Some(picture) = last.as_ref().filter(|_| is_shown) {
         let title = format!("{} has errors; this is the last good drawing", arguments.input.file);
         write_whole(session, &noticed(picture, &title, &errors), arguments.scale, output)?;
@@ -133,8 +154,17 @@ fn picture(
         }
         None => None,
     };
+    let options = options(arguments, &parts, counts.as_ref());
+    let drawn = match &arguments.frames {
+        Some(path) => frames(chart, &options, &draw_overlays::trace_frames(session, net, path)?),
+        None => layout(chart, &options),
+    };
+    drawn.map(Some).map_err(|why| not_drawn(arguments, why))
+}
+
+fn options<'a>(arguments: &'a Draw, parts: &'a [Part], counts: Option<&'a Counts>) -> Options<'a> {
     let is_blank = |part| arguments.blank.contains(&part);
-    let options = Options {
+    Options {
         chart: arguments.chart.as_deref(),
         style: match arguments.style {
             DrawStyle::Grafcet => Style::Grafcet,
@@ -147,14 +177,9 @@ fn picture(
             receptivities: is_blank(BlankPart::Receptivities),
             names: is_blank(BlankPart::Names),
         },
-        parts: &parts,
-        counts: counts.as_ref(),
-    };
-    let drawn = match &arguments.frames {
-        Some(path) => frames(chart, &options, &draw_overlays::trace_frames(session, net, path)?),
-        None => layout(chart, &options),
-    };
-    drawn.map(Some).map_err(|why| not_drawn(arguments, why))
+        parts,
+        counts,
+    }
 }
 
 fn not_drawn(arguments: &Draw, why: NotDrawn) -> Stop {
