@@ -119,7 +119,8 @@ fn c_without_a_compiler_for_this_machine_is_written_and_not_run() {
     for (arguments, code, word) in [
         (&["-t", "c"][..], 0, "not compiled"),
         (&["-t", "c", "--no-proof"], 4, "not checked"),
-        (&["-t", "c-program"], 4, "not checked"),
+        (&["-t", "c-program"], 0, "not compiled"),
+        (&["-t", "c-engine"], 4, "not checked"),
     ] {
         let output = build(folder.path(), "echo 'cannot link' >&2; exit 1", arguments);
         let said = text(&output);

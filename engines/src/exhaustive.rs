@@ -143,14 +143,12 @@ fn verdict(
     if tools::c_compiler().is_none() {
         return Ok(not_run(read, OpenReason::ToolMissing(vec!["a C compiler".to_owned()])));
     }
-    let reactions = if read.is_ok() { FEW_REACTIONS } else { MAX_REACTIONS };
+    let is_whole = read.as_ref().is_ok_and(|induction| !induction.is_of_image);
+    let reactions = if is_whole { FEW_REACTIONS } else { MAX_REACTIONS };
     let mut reasons = Vec::new();
     // A run is no evidence if it depends on undefined behaviour; the proof of the text excludes that, but not in an engine.
-    let needs_sanitizers = match &read {
-        Ok(induction) => induction.is_of_image,
-        Err(why) => *why != OpenReason::NotAsked,
-    };
-    let runner = Runner::Compiled(if needs_sanitizers { Build::Sanitized } else { Build::Plain });
+    let is_plain = is_whole || read == Err(OpenReason::NotAsked);
+    let runner = Runner::Compiled(if is_plain { Build::Plain } else { Build::Sanitized });
     if read != Err(OpenReason::NotAsked) {
         match proof(net, package, limits, runner, reactions)? {
             Proof::Verdict(verdict) => return Ok(verdict),
