@@ -163,7 +163,7 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
 /// The price of a division: by how much parts are too long, the number of links cut and of parts, and how unequal the parts are.
 type Cost = (i64, usize, i64);
 
-/// Chooses the cuts that divide what is used into parts of at most `room` and cut the fewest links. `part` has the length of a part between two cuts with its marks, and
+/// Chooses cuts that cut the fewest links and leave parts of at most `room`; unused length at the ends does not count. `part` has the length of a part between two cuts with its marks, and
 /// the number of links that are cut at its end. A part without a place for a cut is longer.
 pub(crate) fn division<'a>(
     cuts: &[Cut<'a>],

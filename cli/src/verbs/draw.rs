@@ -44,7 +44,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop>
     }
 }
 
-/// Draws what was parsed of a chart with errors, which were shown, and marks them. Pages are not written.
+/// Draws what was parsed of a chart with errors and marks the errors, which were already shown. It writes no pages.
 fn with_errors(session: &mut Session, arguments: &Draw) -> Result<Exit, Stop> {
     let Some((design, errors)) = session.unchecked() else { return Err(Stop::Errors) };
     let output = products::target(arguments.output.as_deref(), &arguments.input.file, "svg");
