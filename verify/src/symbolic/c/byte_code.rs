@@ -4,7 +4,8 @@
 //! code until it ends or requests a function of the chart. Their text is the same for all charts and is not read here: this module is written from the
 //! description of the machine in docs/c.md. So the proof is about the image and the text around it, and assumes that the interpreter does what that page says.
 //!
-//! Code that an instruction contains is executed under its condition, and memory is merged where paths join, as for the statements of C.
+//! Code that an instruction contains is executed under its condition, and memory is merged where paths join, as for the statements of C. At a request, the loop
+//! of the chart that serves it is executed once (`serving.rs`).
 
 use std::rc::Rc;
 
@@ -14,7 +15,8 @@ use grafsynth_ir::expr::ArithOp;
 
 use super::exec::{Done, Program};
 use super::memory::{Address, Cell, Memory, Object, Pointer, Scalar, member_offset, n_cells};
-use super::program_image::{CellRow, Code, Image, Instruction, Sizes, Source, Target, Two};
+use super::program_image::{CellRow, Code, HEADER, Image, Instruction, Sizes, Source, Target, Two};
+use super::serving::{Request, Served};
 use super::value::{self, Int};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
@@ -22,18 +24,18 @@ use crate::symbolic::number::Number;
 /// The bits of the numbers with which the machine computes.
 const BITS: u32 = 64;
 /// What `gp_go` returns at the end of the code.
-const DONE: i128 = 0;
+pub(super) const DONE: i128 = 0;
 
 /// A function of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum EngineFunction {
+pub(super) enum EngineFunction {
     Begin,
     Go,
 }
 
 impl EngineFunction {
     /// The function with this name.
-    fn named(name: &str) -> Option<Self> {
+    pub(super) fn named(name: &str) -> Option<Self> {
         match name {
             "gp_begin" => Some(EngineFunction::Begin),
             "gp_go" => Some(EngineFunction::Go),
@@ -44,30 +46,32 @@ impl EngineFunction {
 
 /// An array in memory.
 #[derive(Debug, Clone, Copy)]
-struct Array {
+pub(super) struct Array {
     at: Address,
     len: usize,
 }
 
 /// The machine: the image, and where its caller keeps what it reads and writes.
-struct Machine {
+pub(super) struct Machine<'u> {
     image: Image,
-    run: Structure,
+    pub(super) run: Structure,
+    /// What performs its requests.
+    pub(super) served: Option<Served<'u>>,
     bits: Array,
     values: Array,
     inputs: Array,
     outputs: Array,
     flags: Array,
     numbers: Array,
-    loc: Loc,
+    pub(super) loc: Loc,
 }
 
 /// A `gp_run_t`, and the cells of its members.
 #[derive(Debug, Clone)]
-struct Structure {
-    at: Address,
-    ty: Type,
-    n: usize,
+pub(super) struct Structure {
+    pub(super) at: Address,
+    pub(super) ty: Type,
+    pub(super) n: usize,
 }
 
 /// The state of one path.
@@ -106,18 +110,18 @@ impl<'u> Program<'u> {
                 self.begin_code(&machine, is_reset, memory)?;
                 Ok(None)
             }
-            (EngineFunction::Go, [_]) => self.go(&machine, memory).map(Some),
+            (EngineFunction::Go, [_]) => Ok(Some(self.go(&machine, memory)?)),
             _ => Err("a function of the engine is called with other arguments".to_owned()),
         }
     }
 
     /// The machine behind the first argument of a function of the engine.
-    fn machine(
+    pub(super) fn machine(
         &mut self,
         function: SymbolId,
         arguments: &[Scalar],
         memory: &Memory,
-    ) -> Done<Machine> {
+    ) -> Done<Machine<'u>> {
         let data = &self.unit.symbols[function];
         let param = data.canonical.ty.as_function().and_then(|it| it.params.first().cloned());
         let ty = param.and_then(|it| self.unit.canonical(&it).ty.target().map(|it| it.ty.clone()));
@@ -148,7 +152,8 @@ impl<'u> Program<'u> {
         let image = Image::read(&self.bytes_of(image?)?, &sizes);
         let image = image.map_err(|why| format!("the image is damaged: {why}"))?;
         let loc = data.span;
-        Ok(Machine { image, run, bits, values, inputs, outputs, flags, numbers, loc })
+        let served = None;
+        Ok(Machine { image, run, served, bits, values, inputs, outputs, flags, numbers, loc })
     }
 
     /// The array to which a member points.
@@ -163,7 +168,7 @@ impl<'u> Program<'u> {
         }
     }
 
-    fn member(&self, run: &Structure, name: &str) -> Done<Address> {
+    pub(super) fn member(&self, run: &Structure, name: &str) -> Done<Address> {
         let members = run.ty.as_struct().map(|id| &self.unit.structs[id].members);
         let at = members.and_then(|all| all.iter().position(|member| member.name == name));
         let offset = at.and_then(|at| member_offset(self.unit, &run.ty, at));
@@ -189,7 +194,12 @@ impl<'u> Program<'u> {
     }
 
     /// Begins a reset or a reaction.
-    fn begin_code(&mut self, machine: &Machine, is_reset: bool, memory: &mut Memory) -> Done<()> {
+    fn begin_code(
+        &mut self,
+        machine: &Machine<'u>,
+        is_reset: bool,
+        memory: &mut Memory,
+    ) -> Done<()> {
         let image = &machine.image;
         let cleared = [
             (machine.flags, image.n_flags.div_ceil(8)),
@@ -204,16 +214,21 @@ impl<'u> Program<'u> {
         }
         let [first, middle, end] = image.places;
         let (at, end) = if is_reset { (first, middle) } else { (middle, end) };
-        for (name, value) in [("at", at), ("end", end), ("depth", 0), ("loops", 0)] {
+        for (name, value) in
+            [("at", at), ("end", end), ("depth", 0), ("loops", 0), ("cells", HEADER)]
+        {
             put(memory, self.member(&machine.run, name)?, Int::constant(value as i128))?;
         }
         put(memory, self.member(&machine.run, "fault")?, Int::Bit(Lit::FALSE))
     }
 
     /// Executes the code from the place at which the machine is, which must be a beginning, to its end.
-    fn go(&mut self, machine: &Machine, memory: &mut Memory) -> Done<Scalar> {
-        let known = ["at", "end", "depth", "loops"].map(|name| self.known(machine, name, memory));
-        let [at, end, depth, loops] = known;
+    pub(super) fn go(&mut self, machine: &Machine<'u>, memory: &mut Memory) -> Done<Scalar> {
+        let known = ["at", "end", "depth", "loops", "cells"];
+        let [at, end, depth, loops, cells] = known.map(|name| self.known(machine, name, memory));
+        if cells != Some(HEADER as i128) {
+            return Err("the place of the cells in the image was changed".to_owned());
+        }
         let [first, middle, last] = machine.image.places.map(|place| place as i128);
         let is_at = |from, to| at == Some(from) && end == Some(to);
         let code = match (depth, loops) {
@@ -221,15 +236,19 @@ impl<'u> Program<'u> {
             (Some(0), Some(0)) if is_at(middle, last) => &machine.image.reaction,
             _ => return Err("the engine does not start at the beginning of its code".to_owned()),
         };
+        if machine.served.is_some() {
+            self.hide_progress(&machine.run, memory)?;
+        }
         let state = State { memory: std::mem::take(memory), stack: Vec::new(), loops: 0 };
         *memory = self.code(code, machine, state)?.memory;
-        let at = self.member(&machine.run, "at")?;
-        put(memory, at, Int::constant(end.unwrap_or(0)))?;
+        for (name, value) in [("at", end.unwrap_or(0)), ("depth", 0), ("loops", 0)] {
+            put(memory, self.member(&machine.run, name)?, Int::constant(value))?;
+        }
         Ok(Scalar::Int(Int::constant(DONE)))
     }
 
     /// The number in a member of the machine, if it is constant.
-    fn known(&self, machine: &Machine, name: &str, memory: &Memory) -> Option<i128> {
+    fn known(&self, machine: &Machine<'u>, name: &str, memory: &Memory) -> Option<i128> {
         let cell = self.at(self.member(&machine.run, name).ok()?, memory).ok()?;
         match &cell.value {
             Some(Scalar::Int(value)) if cell.unset == Lit::FALSE => value.as_constant(),
@@ -237,7 +256,7 @@ impl<'u> Program<'u> {
         }
     }
 
-    fn code(&mut self, code: &Code, machine: &Machine, mut state: State) -> Done<State> {
+    fn code(&mut self, code: &Code, machine: &Machine<'u>, mut state: State) -> Done<State> {
         for instruction in code {
             state = self.deeper(|this| this.instruction(instruction, machine, state))?;
         }
@@ -247,7 +266,7 @@ impl<'u> Program<'u> {
     fn instruction(
         &mut self,
         instruction: &Instruction,
-        machine: &Machine,
+        machine: &Machine<'u>,
         mut state: State,
     ) -> Done<State> {
         match instruction {
@@ -277,8 +296,11 @@ impl<'u> Program<'u> {
                 state.stack.push(value);
             }
             Instruction::Store(target, at) => self.target(*target, *at, machine, &mut state)?,
-            Instruction::Request(..) => {
-                return Err("byte code that calls functions is not supported".to_owned());
+            Instruction::Request(wanted, number, n) => {
+                let first = state.stack.len().saturating_sub(*n);
+                let arguments = state.stack.split_off(first);
+                let request = Request { wanted: *wanted, number: *number, arguments };
+                state.memory = self.serve_once(machine, request, state.memory)?;
             }
             Instruction::If(then, otherwise) => {
                 let when = state.pop()?.truth(&mut self.aig);
@@ -300,7 +322,7 @@ impl<'u> Program<'u> {
         when: Lit,
         then: &Code,
         otherwise: &Code,
-        machine: &Machine,
+        machine: &Machine<'u>,
         state: State,
     ) -> Done<State> {
         match when.as_constant() {
@@ -315,7 +337,13 @@ impl<'u> Program<'u> {
     }
 
     /// Keeps the top if it decides, else executes a part instead of it.
-    fn decide(&mut self, truth: bool, rest: &Code, machine: &Machine, state: State) -> Done<State> {
+    fn decide(
+        &mut self,
+        truth: bool,
+        rest: &Code,
+        machine: &Machine<'u>,
+        state: State,
+    ) -> Done<State> {
         let mut kept = state.clone();
         let mut state = state;
         let top = state.pop()?;
@@ -338,7 +366,7 @@ impl<'u> Program<'u> {
         &mut self,
         rounds: u32,
         pieces: &[Code],
-        machine: &Machine,
+        machine: &Machine<'u>,
         mut state: State,
     ) -> Done<State> {
         let before = self.here;
@@ -492,7 +520,7 @@ impl<'u> Program<'u> {
         &mut self,
         source: Source,
         at: usize,
-        machine: &Machine,
+        machine: &Machine<'u>,
         memory: &Memory,
     ) -> Done<Int> {
         let loc = machine.loc;
@@ -515,7 +543,7 @@ impl<'u> Program<'u> {
         &mut self,
         target: Target,
         at: usize,
-        machine: &Machine,
+        machine: &Machine<'u>,
         state: &mut State,
     ) -> Done<()> {
         let value = state.pop()?;
@@ -563,7 +591,7 @@ impl<'u> Program<'u> {
         &mut self,
         cell: &CellRow,
         index: &Int,
-        machine: &Machine,
+        machine: &Machine<'u>,
         state: &State,
     ) -> Done<Int> {
         let mut ways = Vec::new();
@@ -582,7 +610,12 @@ impl<'u> Program<'u> {
     }
 
     /// The places of the values of a cell, each with the condition that the index selects it.
-    fn places(&mut self, cell: &CellRow, index: &Int, machine: &Machine) -> Vec<(Lit, Address)> {
+    fn places(
+        &mut self,
+        cell: &CellRow,
+        index: &Int,
+        machine: &Machine<'u>,
+    ) -> Vec<(Lit, Address)> {
         let all = (0..cell.n).map(|at| {
             let when = index.is(&mut self.aig, at as i128);
             (when, machine.values.at.behind(cell.first + at))
@@ -598,7 +631,7 @@ impl State {
 }
 
 /// Stores a number in a cell of memory.
-fn put(memory: &mut Memory, at: Address, value: Int) -> Done<()> {
+pub(super) fn put(memory: &mut Memory, at: Address, value: Int) -> Done<()> {
     let is_done = match at.object {
         Object::Changing(object) => {
             memory.put(object, at.cell, Rc::new(Cell::of(Scalar::Int(value))))

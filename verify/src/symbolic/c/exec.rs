@@ -454,9 +454,17 @@ impl<'u> Program<'u> {
         let before = self.here;
         let mut all = Flow::default();
         let mut now = Some((Lit::TRUE, memory));
-        for stmt in list {
+        let mut list = list.into_iter().peekable();
+        while let Some(stmt) = list.next() {
             let Some((when, memory)) = now.take() else { break };
-            let part = match self.deeper(|this| this.stmt(stmt, memory)) {
+            let serving = list.peek().and_then(|next| self.serving_loop(stmt, next));
+            if serving.is_some() {
+                list.next();
+            }
+            let part = match self.deeper(|this| match serving {
+                Some(serving) => this.serve(serving, memory).map(Flow::on),
+                None => this.stmt(stmt, memory),
+            }) {
                 Ok(part) => part,
                 Err(stop) => {
                     self.here = before;

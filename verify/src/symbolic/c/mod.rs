@@ -29,6 +29,7 @@ mod program_image;
 mod question;
 mod relation;
 mod run;
+mod serving;
 mod settle;
 mod value;
 

@@ -18,7 +18,7 @@ const LOOP: u8 = 48;
 const WHILE: u8 = 49;
 const AGAIN: u8 = 50;
 /// The size of the header, and of the row of a cell.
-const HEADER: usize = 32;
+pub(super) const HEADER: usize = 32;
 const ROW: usize = 12;
 
 /// An image.
