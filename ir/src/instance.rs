@@ -65,13 +65,38 @@ pub enum Extra {
     Image,
 }
 
-/// A scalar local of `PREFIX_step`, or a member of a local structure.
+/// A scalar local of `PREFIX_step`, or a part of a local.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Local {
     /// The name of the local.
     pub name: String,
-    /// The member, if the local is a structure.
-    pub member: Option<String>,
+    /// The part that is meant.
+    pub part: LocalPart,
+}
+
+/// A part of a local.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LocalPart {
+    /// All of it: it is a scalar.
+    Whole,
+    /// A member of a structure.
+    Member(String),
+    /// An element of an array.
+    Element(u32),
+    /// A bit of an array of bytes, of which the first one has the bits 0 to 7.
+    Bit(u32),
+}
+
+impl std::fmt::Display for Local {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = &self.name;
+        match &self.part {
+            LocalPart::Whole => write!(f, "{name}"),
+            LocalPart::Member(member) => write!(f, "{name}.{member}"),
+            LocalPart::Element(at) => write!(f, "{name}[{at}]"),
+            LocalPart::Bit(at) => write!(f, "bit {} of {name}[{}]", at % 8, at / 8),
+        }
+    }
 }
 
 /// A scalar member of a structure, or a bit of one.

@@ -7,7 +7,7 @@ use grafsynth_backend_c::{Options, Package, Style, emit};
 use grafsynth_driver::c_proof::prove_c;
 use grafsynth_engines::tools;
 use grafsynth_ir::Valid;
-use grafsynth_ir::net::Net;
+use grafsynth_ir::net::{Net, Policy};
 use grafsynth_sim::Random;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::{chart, in_parallel, rounds, small_limits};
@@ -69,6 +69,35 @@ const CALLS: &str = "chart calls {
 }
 ";
 
+/// Regions, history, edges, an event that a list raises, and a condition that is called when first needed.
+const STATES: &str = "chart states {
+    conflict inner-first
+    queue 2
+    input a
+    event e
+    internal event f
+    output q, r
+    extern condition ready()
+    extern action beep()
+    var n: int 0..3
+    initial state off
+    state on {
+        entry { beep() }
+        history last -> slow
+        initial state slow { q }
+        state fast {
+            entry { n := n + 1; raise f }
+            r if n > 1
+        }
+        slow -> fast on e when ready()
+        fast -> slow when rise(a) or n = 3 do { n := 0 }
+    }
+    off -> on on e
+    on -> off on f when a
+    off -> on.last when fall(a)
+}
+";
+
 fn emitted(net: &Valid<Net>) -> Option<Package> {
     emitted_with(net, Options::default())
 }
@@ -84,7 +113,7 @@ fn read(net: &Valid<Net>, package: &Package) -> Result<Induction, String> {
 
 #[test]
 fn byte_code_is_proved_as_a_proof_of_the_image() {
-    for text in [NUMBERS, STABLE, CALLS] {
+    for text in [NUMBERS, STABLE, CALLS, STATES] {
         let net = chart("chart.graf", text);
         let package = emitted(&net).expect("the style supports it");
         let proved = read(&net, &package).unwrap_or_else(|why| panic!("{text}: {why}"));
@@ -99,7 +128,7 @@ fn byte_code_is_proved_as_a_proof_of_the_image() {
 #[test]
 fn byte_code_that_reports_what_fires_is_proved() {
     let trace = Options { trace: Some(4), ..Options::default() };
-    for text in [CALLS, STABLE] {
+    for text in [CALLS, STABLE, STATES] {
         let net = chart("chart.graf", text);
         let package = emitted_with(&net, trace.clone()).expect("the style supports it");
         let proved = read(&net, &package).unwrap_or_else(|why| panic!("{text}: {why}"));
@@ -140,6 +169,28 @@ fn a_loop_that_does_something_else_is_not_proved() {
     }
 }
 
+/// The evolution of a statechart is a loop of the byte code, at which the reaction is cut.
+#[test]
+fn random_statecharts_as_byte_code_are_proved() {
+    let seeds: Vec<u64> = (7..7 + rounds(16, 1_000)).collect();
+    let policies = vec![Policy::InnerFirst, Policy::OuterFirst];
+    let base = Features { policies, ..Features::everything() };
+    let answers = in_parallel(&seeds, |seed| {
+        let net = random_net(*seed, &base.some(*seed));
+        let of = |style| {
+            let options = Options { style, ..Options::default() };
+            let package = emit(&net, &facts(&net, &small_limits()), &options).ok()?;
+            Some(read(&net, &package))
+        };
+        let answers = [Style::Program, Style::Bits].map(of);
+        println!("seed {seed}: {answers:?}");
+        answers.map(|it| it.is_some_and(|it| it.is_ok()))
+    });
+    let count = |at: usize| answers.iter().filter(|it| it[at]).count();
+    println!("{} of {}; as bits {}", count(0), answers.len(), count(1));
+    assert!(count(0) * 8 >= count(1) * 7 && count(1) * 4 >= answers.len() * 3);
+}
+
 /// Random charts with all features are proved or stay open.
 #[test]
 fn most_random_byte_code_is_proved() {
@@ -176,7 +227,7 @@ fn no_mutant_of_an_image_that_differs_is_proved() {
         let changes: Vec<Change> = changes(&package).into_iter().filter(is_of_chart).collect();
         (net, package, changes)
     };
-    let subjects = [NUMBERS, STABLE, CALLS].map(subject);
+    let subjects = [NUMBERS, STABLE, CALLS, STATES].map(subject);
     let mut random = Random::new(5);
     let numbers = 0..rounds(60, 2_000) as usize;
     let mutants: Vec<_> = numbers

@@ -9,7 +9,7 @@ use crate::range::Range;
 use crate::style_output::Member;
 use grafsynth_c::storage;
 use grafsynth_ir::Gather;
-use grafsynth_ir::instance::{Carried, Holds, Local, Place};
+use grafsynth_ir::instance::{Carried, Holds, Local, LocalPart, Place};
 use grafsynth_ir::net::StepId;
 use grafsynth_ir::program::{Cell, Origin, SharedTimer, TempId, TempRole};
 use std::collections::BTreeSet;
@@ -61,8 +61,8 @@ impl Emit<'_> {
         match self.homes[temp] {
             // Its value is written instead.
             _ if self.constants.contains_key(&temp) => None,
-            Home::Here | Home::Local(0) => Some(Local { name, member: None }),
-            Home::Shared => Some(Local { name: "scan".to_owned(), member: Some(name) }),
+            Home::Here | Home::Local(0) => Some(Local { name, part: LocalPart::Whole }),
+            Home::Shared => Some(Local { name: "scan".to_owned(), part: LocalPart::Member(name) }),
             Home::Local(_) | Home::Nowhere => None,
         }
     }
@@ -79,8 +79,8 @@ impl Emit<'_> {
             {
                 let name = format!("{word}_{condition}");
                 let local = match self.is_split {
-                    true => Local { name: "scan".to_owned(), member: Some(name) },
-                    false => Local { name, member: None },
+                    true => Local { name: "scan".to_owned(), part: LocalPart::Member(name) },
+                    false => Local { name, part: LocalPart::Whole },
                 };
                 all.push((local, what));
             }

@@ -22,12 +22,12 @@ use crate::times::Ticks;
 use crate::{Object, Options, bits};
 use grafsynth_ir::Gather;
 use grafsynth_ir::facts::Facts;
-use grafsynth_ir::instance::{Holds, Place as Held};
+use grafsynth_ir::instance::{Carried, Holds, Local, LocalPart, Place as Held};
 use grafsynth_ir::lower::program::{Additions, ProgramOptions, program_with};
 use grafsynth_ir::net::{
     Driver, Evolution as Mode, InputId, InputKind, Leaf as NetLeaf, Net, Verbatim,
 };
-use grafsynth_ir::program::{Expr, Leaf, Origin, Program, expressions};
+use grafsynth_ir::program::{Expr, Leaf, Origin, Program, Stmt, TempId, expressions, statements};
 use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
@@ -96,7 +96,42 @@ pub(crate) fn program(
         }));
     }
     let needs = Needs { room, instructions, sets_fault };
-    Ok(emit(net, names, &program, &places, &needs, ticks, &lines))
+    let locals = Locals::of(net, names);
+    let carried = carried(&program, &assembler, &places, &locals);
+    let output = emit(net, names, &program, &places, &needs, (&locals, ticks), &lines);
+    Ok(StyleOutput { locals: carried, ..output })
+}
+
+/// What the memory of a reaction carries from one check to the next.
+fn carried(
+    program: &Program,
+    assembler: &Assembler<'_>,
+    places: &Places,
+    locals: &Locals,
+) -> Vec<(Local, Carried)> {
+    let local = |place| match place {
+        Place::Bit(at) => Local { name: locals.flags.clone(), part: LocalPart::Bit(at.into()) },
+        Place::Number(at) => {
+            Local { name: locals.numbers.clone(), part: LocalPart::Element(at.into()) }
+        }
+    };
+    // What never changes carries nothing: without this, the proof would have to show that the limit is never exceeded.
+    let changes = |temp: &TempId| {
+        let mut values = statements(&program.body).filter_map(|stmt| {
+            let Stmt::Set(to, value) = stmt else { return None };
+            (to == temp).then_some(value)
+        });
+        values.next().is_some_and(|first| first.as_constant().is_none()) || values.next().is_some()
+    };
+    let temps = program.carried.iter().filter(|(temp, _)| changes(temp));
+    let mut all: Vec<_> =
+        temps.map(|(temp, what)| (local(assembler.place(*temp)), what.clone())).collect();
+    for (input, flag) in assembler.asked() {
+        all.push((local(flag), Carried::Asked(input)));
+        let part = LocalPart::Element(places.inputs[&input].into());
+        all.push((Local { name: locals.inputs.clone(), part }, Carried::Answer(input)));
+    }
+    all
 }
 
 /// Extern conditions that the program mentions: those that are called before each reaction, and those that are called when first needed.
@@ -220,10 +255,9 @@ fn emit(
     program: &Program,
     places: &Places,
     needs: &Needs,
-    ticks: Option<Ticks>,
+    (locals, ticks): (&Locals, Option<Ticks>),
     lines: &[Line],
 ) -> StyleOutput {
-    let locals = Locals::of(net, names);
     let loading = Loading { names, room: &needs.room, locals: [&locals.room, &locals.found] };
     let mut instance =
         loading.instance(["the program that it runs", "steps, truth values", "numbers"]);
@@ -234,9 +268,9 @@ fn emit(
         ));
     }
     let mut helpers = Helpers::default();
-    let (mut functions, going) = services(net, names, places, needs, &locals, &mut helpers);
-    let reset = reaction(net, names, places, needs, ticks, &locals, &going, true);
-    let step = reaction(net, names, places, needs, ticks, &locals, &going, false);
+    let (mut functions, going) = services(net, names, places, needs, locals, &mut helpers);
+    let reset = reaction(net, names, places, needs, ticks, locals, &going, true);
+    let step = reaction(net, names, places, needs, ticks, locals, &going, false);
     functions.extend(loading.functions("this program", reset));
     let values = values(program, places);
     let fault = needs.sets_fault.then(|| (Held::member("fault"), Holds::Piece(Origin::Fault, 0)));

@@ -18,7 +18,7 @@ use grafsynth_ir::expr::{CompareOp, ExprKind, Type};
 use grafsynth_ir::interval::type_of;
 use grafsynth_ir::net::{InputId, Net, OutputId, StepId, TransitionId};
 use grafsynth_ir::program::{
-    CellId, Expr, Leaf, Mark, Origin, Program, ResetEffect, Stmt, Temp, TempRole,
+    CellId, Expr, Leaf, Mark, Origin, Program, ResetEffect, Stmt, Temp, TempId, TempRole,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -85,6 +85,16 @@ impl<'a> Assembler<'a> {
             assembler.lazy.insert(*input, flag);
         }
         assembler
+    }
+
+    /// The place of a temp of the program.
+    pub(super) fn place(&self, temp: TempId) -> Place {
+        self.temps[temp.index()].1
+    }
+
+    /// The conditions that are called when first needed, each with the place of the flag that records the call.
+    pub(super) fn asked(&self) -> impl Iterator<Item = (InputId, Place)> {
+        self.lazy.iter().map(|(input, temp)| (*input, self.temps[*temp].1))
     }
 
     /// The code of the reset.

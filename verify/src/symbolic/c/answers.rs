@@ -446,9 +446,7 @@ impl Attempt<'_> {
             }
             Question::Local(place, at) => {
                 let local = &self.of.hint.locals[*at].0;
-                let member = local.member.as_ref().map_or(String::new(), |it| format!(".{it}"));
-                let name = &local.name;
-                format!("the local `{name}{member}` may differ from the chart {}", place.text())
+                format!("the local `{local}` may differ from the chart {}", place.text())
             }
             Question::Counter(place, _) => {
                 format!("the counter of the loop may not count the checks {}", place.text())

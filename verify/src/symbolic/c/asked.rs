@@ -80,13 +80,12 @@ impl Attempt<'_> {
     fn noted(&mut self, input: InputId, locals: &BTreeMap<Spot, Meaning>, memory: &Memory) -> Lit {
         let hints = &self.of.hint.locals;
         let mut all = Vec::new();
-        for ((object, at), meaning) in locals {
+        for (spot, meaning) in locals {
             let Meaning::Hint(hint) = meaning else { continue };
             if hints[*hint].1 != Carried::Asked(input) {
                 continue;
             }
-            let cell = memory.object(*object).and_then(|cells| cells.get(*at));
-            match cell.map(|cell| &**cell) {
+            match self.cell_at(memory, *spot).as_deref() {
                 Some(Cell { value: Some(Scalar::Int(value)), .. }) => all.push(value.clone()),
                 _ => return Lit::TRUE,
             }

@@ -75,6 +75,8 @@ pub(super) struct Attempt<'a> {
     pub(super) next_times: Vec<(Vec<Lit>, Number)>,
     /// The variables of the number of ticks.
     pub(super) dt_bits: Vec<Lit>,
+    /// The number of ticks of the reaction that is cut.
+    pub(super) dt_now: Option<Number>,
 }
 
 impl<'a> Attempt<'a> {
@@ -137,6 +139,7 @@ impl<'a> Attempt<'a> {
             time_bits: Vec::new(),
             next_times: Vec::new(),
             dt_bits: Vec::new(),
+            dt_now: None,
         };
         let is_queue =
             |(_, holds): &(_, Holds)| matches!(holds, Holds::Piece(Origin::ExternalQueue, _));

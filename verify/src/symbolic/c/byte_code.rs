@@ -7,82 +7,19 @@
 //! Code that an instruction contains is executed under its condition, and memory is merged where paths join, as for the statements of C. At a request, the loop
 //! of the chart that serves it is executed once (`serving.rs`).
 
-use std::rc::Rc;
-
-use grafsynth_c::tree::types::Type;
 use grafsynth_c::tree::{Loc, SymbolId};
 use grafsynth_ir::expr::ArithOp;
 
 use super::exec::{Done, Program};
-use super::memory::{Address, Cell, Memory, Object, Pointer, Scalar, member_offset, n_cells};
+use super::machine::{Array, DONE, EngineFunction, Machine, Request, State, Structure, put};
+use super::memory::{Address, Memory, Object, Pointer, Scalar, member_offset, n_cells};
 use super::program_image::{CellRow, Code, HEADER, Image, Instruction, Sizes, Source, Target, Two};
-use super::serving::{Request, Served};
 use super::value::{self, Int};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
 
 /// The bits of the numbers with which the machine computes.
 const BITS: u32 = 64;
-/// What `gp_go` returns at the end of the code.
-pub(super) const DONE: i128 = 0;
-
-/// A function of the engine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum EngineFunction {
-    Begin,
-    Go,
-}
-
-impl EngineFunction {
-    /// The function with this name.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        match name {
-            "gp_begin" => Some(EngineFunction::Begin),
-            "gp_go" => Some(EngineFunction::Go),
-            _ => None,
-        }
-    }
-}
-
-/// An array in memory.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Array {
-    at: Address,
-    len: usize,
-}
-
-/// The machine: the image, and where its caller keeps what it reads and writes.
-pub(super) struct Machine<'u> {
-    image: Image,
-    pub(super) run: Structure,
-    /// What performs its requests.
-    pub(super) served: Option<Served<'u>>,
-    bits: Array,
-    values: Array,
-    inputs: Array,
-    outputs: Array,
-    flags: Array,
-    numbers: Array,
-    pub(super) loc: Loc,
-}
-
-/// A `gp_run_t`, and the cells of its members.
-#[derive(Debug, Clone)]
-pub(super) struct Structure {
-    pub(super) at: Address,
-    pub(super) ty: Type,
-    pub(super) n: usize,
-}
-
-/// The state of one path.
-#[derive(Clone)]
-struct State {
-    memory: Memory,
-    stack: Vec<Int>,
-    /// The number of loops around the current place.
-    loops: u32,
-}
-
 /// Calls a function of the engine; `None` if it is not one.
 pub(super) fn call<'u>(
     program: &mut Program<'u>,
@@ -239,8 +176,11 @@ impl<'u> Program<'u> {
         if machine.served.is_some() {
             self.hide_progress(&machine.run, memory)?;
         }
-        let state = State { memory: std::mem::take(memory), stack: Vec::new(), loops: 0 };
-        *memory = self.code(code, machine, state)?.memory;
+        let mut state = State { memory: std::mem::take(memory), stack: Vec::new(), loops: 0 };
+        for instruction in code {
+            state = self.deeper(|this| this.outermost(instruction, machine, state))?;
+        }
+        *memory = state.memory;
         for (name, value) in [("at", end.unwrap_or(0)), ("depth", 0), ("loops", 0)] {
             put(memory, self.member(&machine.run, name)?, Int::constant(value))?;
         }
@@ -256,14 +196,19 @@ impl<'u> Program<'u> {
         }
     }
 
-    fn code(&mut self, code: &Code, machine: &Machine<'u>, mut state: State) -> Done<State> {
+    pub(super) fn code(
+        &mut self,
+        code: &Code,
+        machine: &Machine<'u>,
+        mut state: State,
+    ) -> Done<State> {
         for instruction in code {
             state = self.deeper(|this| this.instruction(instruction, machine, state))?;
         }
         Ok(state)
     }
 
-    fn instruction(
+    pub(super) fn instruction(
         &mut self,
         instruction: &Instruction,
         machine: &Machine<'u>,
@@ -622,23 +567,6 @@ impl<'u> Program<'u> {
         });
         all.filter(|(when, _)| *when != Lit::FALSE).collect()
     }
-}
-
-impl State {
-    fn pop(&mut self) -> Done<Int> {
-        self.stack.pop().ok_or_else(|| "the stack of the code is empty".to_owned())
-    }
-}
-
-/// Stores a number in a cell of memory.
-pub(super) fn put(memory: &mut Memory, at: Address, value: Int) -> Done<()> {
-    let is_done = match at.object {
-        Object::Changing(object) => {
-            memory.put(object, at.cell, Rc::new(Cell::of(Scalar::Int(value))))
-        }
-        Object::Constant(_) => false,
-    };
-    if is_done { Ok(()) } else { Err("the engine writes outside of its objects".to_owned()) }
 }
 
 /// Checks that no two arrays have a cell in common.

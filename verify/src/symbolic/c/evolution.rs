@@ -13,11 +13,12 @@ use std::rc::Rc;
 use grafsynth_c::tree::types::{IntKind, Type};
 use grafsynth_c::tree::{Expr, Stmt, StmtKind, SymbolId, Unit};
 use grafsynth_ir::expr::CompareOp;
-use grafsynth_ir::instance::{Carried, Holds};
+use grafsynth_ir::instance::{Carried, Extra, Holds, LocalPart};
 use grafsynth_ir::program::Origin;
 
 use super::Induction;
 use super::attempt::Attempt;
+use super::machine::LoopOfImage;
 use super::memory::{
     Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Object, Scalar, member_offset, n_cells, whole,
 };
@@ -35,9 +36,18 @@ use crate::symbolic::{CONE, Model, known_depth};
 /// The maximum number of attempts to find the locals that keep their value in the loop.
 const ATTEMPTS: usize = 8;
 
-/// `NAME_step`, cut at a loop.
+/// Where `NAME_step` is cut.
 #[derive(Clone, Copy)]
-struct Cut<'u> {
+enum Cut<'u> {
+    /// At a loop of its text.
+    Text(TextLoop<'u>),
+    /// At the loop of the byte code that it executes.
+    Image,
+}
+
+/// A loop of `NAME_step`, and the text around it.
+#[derive(Clone, Copy)]
+struct TextLoop<'u> {
     before: &'u [Stmt],
     init: &'u [Stmt],
     condition: &'u Expr,
@@ -46,8 +56,20 @@ struct Cut<'u> {
     after: &'u [Stmt],
 }
 
-/// A scalar of a local, by its object and its cell.
-pub(super) type Spot = (usize, usize);
+/// A scalar in memory, or one bit of a byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Spot {
+    object: usize,
+    cell: usize,
+    bit: Option<u32>,
+}
+
+/// The loop that is entered.
+enum Entered<'u> {
+    Text(TextLoop<'u>),
+    /// A loop of byte code, with the memory and the number of objects before the call that leads to it.
+    Image(Box<LoopOfImage<'u>>, Memory, usize),
+}
 
 /// What is known about a local at a cut.
 #[derive(Debug, Clone)]
@@ -63,7 +85,8 @@ pub(super) enum Meaning {
 }
 
 /// The memory at a cut.
-struct AtCut {
+struct AtCut<'u> {
+    entered: Entered<'u>,
     memory: Memory,
     locals: BTreeMap<Spot, Meaning>,
     /// The number of checks so far.
@@ -104,7 +127,11 @@ impl Subject<'_> {
         settled.map_err(|why| format!("after `{}_init`, {why}", self.hint.prefix))?;
         let this = Subject { unset: reset.unset.as_deref().unwrap_or_default(), ..this };
         let name = format!("{}{}", self.hint.prefix, self.reaction());
-        let cuts = cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id));
+        let is_image = self.hint.extra.iter().any(|(_, extra)| *extra == Extra::Image);
+        let cuts = match is_image {
+            true => vec![Cut::Image],
+            false => cuts(self.unit, self.functions.get(name.as_str()).map(|(id, _)| *id)),
+        };
         let mut why = "a reaction without a loop over its checks is not supported".to_owned();
         for cut in cuts {
             let mut proved = total;
@@ -159,7 +186,7 @@ fn cuts(unit: &Unit, function: Option<SymbolId>) -> Vec<Cut<'_>> {
             _ => return None,
         };
         let (before, after) = (&body[..at], &body[at + 1..]);
-        Some(Cut { before, init, condition, step, body: inner, after })
+        Some(Cut::Text(TextLoop { before, init, condition, step, body: inner, after }))
     };
     (0..body.len()).filter_map(cut).collect()
 }
@@ -182,7 +209,8 @@ impl<'a> Attempt<'a> {
         }
         let start = memory.clone();
         self.link();
-        let first = self.enter(cut, &mut memory)?;
+        let (entered, first) = self.enter(cut, &mut memory)?;
+        self.rounds_suffice(&entered)?;
         self.is_kept(&memory, &start)?;
         self.keeps_gate(&memory)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
@@ -203,27 +231,30 @@ impl<'a> Attempt<'a> {
 
     /// The checks of one round of the loop.
     fn check(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, Failed> {
-        let AtCut { mut memory, locals, count, .. } = self.at_cut(cut, true, varies)?;
+        let AtCut { entered, memory, locals, count, .. } = self.at_cut(cut, true, varies)?;
         // The condition is part of the round.
         let begin = memory.clone();
-        let goes_on = self.program.truth(cut.condition, &mut memory)?;
+        let (goes_on, inner) = self.condition(&entered, memory, true)?;
         let mut checks = vec![Check { question: Question::GoesOn(Place::Check), broken: !goes_on }];
-        let mut inner = memory.clone();
-        self.program.assume(cut.condition, true, &mut inner);
-        let after = self.program.under(goes_on, |program| {
-            let mut after = program.once(cut.body, inner)?;
-            if let Some(step) = cut.step {
-                program.effect(step, &mut after)?;
+        let after = self.program.under(goes_on, |program| match &entered {
+            Entered::Text(cut) => {
+                let mut after = program.once(cut.body, inner)?;
+                if let Some(step) = cut.step {
+                    program.effect(step, &mut after)?;
+                }
+                Ok(after)
             }
-            Ok(after)
+            Entered::Image(found, ..) => program.loop_body(found, inner),
         })?;
         self.is_kept(&after, &begin)?;
         self.keeps_gate(&after)?;
         let mut changed = BTreeSet::new();
-        for ((object, cell), meaning) in &locals {
+        for (spot, meaning) in &locals {
             let is_set = |memory: &Memory| {
-                let cells = memory.object(*object);
-                cells.and_then(|cells| cells.get(*cell)).is_some_and(|it| it.unset == Lit::FALSE)
+                let cells = memory.object(spot.object);
+                cells
+                    .and_then(|cells| cells.get(spot.cell))
+                    .is_some_and(|it| it.unset == Lit::FALSE)
             };
             if matches!(meaning, Meaning::Kept(_) | Meaning::Nothing)
                 && is_set(&begin)
@@ -232,11 +263,11 @@ impl<'a> Attempt<'a> {
                 return Err("a local may lose its value in the loop".to_owned().into());
             }
             let Meaning::Kept(value) = meaning else { continue };
-            let now = after.object(*object).and_then(|cells| cells.get(*cell));
-            if !now
-                .is_some_and(|now| Rc::ptr_eq(whole(now), whole(value)) || now.value == value.value)
-            {
-                changed.insert((*object, *cell));
+            let now = self.cell_at(&after, *spot);
+            if !now.is_some_and(|now| {
+                Rc::ptr_eq(whole(&now), whole(value)) || now.value == value.value
+            }) {
+                changed.insert(*spot);
             }
         }
         if !changed.is_empty() {
@@ -276,14 +307,13 @@ impl<'a> Attempt<'a> {
 
     /// The checks of the part after the loop.
     fn end(&mut self, cut: Cut<'a>, varies: &BTreeSet<Spot>) -> Result<Vec<Check>, String> {
-        let AtCut { mut memory, first, .. } = self.at_cut(cut, false, varies)?;
+        let AtCut { entered, memory, first, .. } = self.at_cut(cut, false, varies)?;
         let start = memory.clone();
-        let goes_on = self.program.truth(cut.condition, &mut memory)?;
+        let (goes_on, mut memory) = self.condition(&entered, memory, false)?;
         let mut checks = vec![Check { question: Question::GoesOn(Place::End), broken: goes_on }];
         self.is_kept(&memory, &start)?;
-        self.program.assume(cut.condition, false, &mut memory);
         memory.end(first);
-        let memory = self.program.straight(cut.after, memory)?;
+        let memory = self.rest(&entered, memory)?;
         self.keeps_gate(&memory)?;
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));
@@ -306,8 +336,55 @@ impl<'a> Attempt<'a> {
         Ok(checks)
     }
 
-    /// Calls `NAME_step` up to the loop. Returns the number of the first object of the loop.
-    fn enter(&mut self, cut: Cut<'a>, memory: &mut Memory) -> Result<usize, String> {
+    /// The condition of another round, and the memory after it on the path on which it has this truth.
+    fn condition(
+        &mut self,
+        entered: &Entered<'a>,
+        mut memory: Memory,
+        truth: bool,
+    ) -> Result<(Lit, Memory), String> {
+        match entered {
+            Entered::Text(cut) => {
+                let goes_on = self.program.truth(cut.condition, &mut memory)?;
+                self.program.assume(cut.condition, truth, &mut memory);
+                Ok((goes_on, memory))
+            }
+            Entered::Image(found, ..) => self.program.loop_condition(found, memory),
+        }
+    }
+
+    /// The memory after the code behind the loop.
+    fn rest(&mut self, entered: &Entered<'a>, memory: Memory) -> Result<Memory, String> {
+        match entered {
+            Entered::Text(cut) => self.program.straight(cut.after, memory),
+            Entered::Image(_, start, n_objects) => {
+                self.program.frames.truncate(1);
+                self.program.n_objects = *n_objects;
+                let (mut after, dt) = (start.clone(), self.dt_now.clone());
+                let (name, of) = (self.of.reaction(), self.of);
+                let function = self.function(&format!("{}{name}", of.hint.prefix));
+                let function = function.ok_or_else(|| format!("there is no `{name}`"))?;
+                let arguments = self.arguments(function, dt.as_ref())?;
+                self.program.call_from_loop(memory, |program| {
+                    program.call(function, arguments, &mut after).map(|_| ())
+                })?;
+                Ok(after)
+            }
+        }
+    }
+
+    /// An error if the loop of byte code may end because it has had its maximum number of rounds.
+    fn rounds_suffice(&mut self, entered: &Entered<'a>) -> Result<(), String> {
+        let Entered::Image(found, ..) = entered else { return Ok(()) };
+        let most = self.with_model(|this| this.model.maker.most_rounds());
+        match u64::from(found.rounds) >= most {
+            true => Ok(()),
+            false => Err("the loop of the byte code has too few rounds".to_owned()),
+        }
+    }
+
+    /// Calls `NAME_step` up to the loop. Returns the loop, and the number of its first object.
+    fn enter(&mut self, cut: Cut<'a>, memory: &mut Memory) -> Result<(Entered<'a>, usize), String> {
         let dt = self.dt()?;
         self.inputs.tick = Lit::TRUE;
         self.inputs.dt = Some(dt.clone());
@@ -315,11 +392,25 @@ impl<'a> Attempt<'a> {
         let name = format!("{}{}", self.of.hint.prefix, self.of.reaction());
         let function = self.function(&name).ok_or_else(|| format!("there is no `{name}`"))?;
         let arguments = self.arguments(function, Some(&dt))?;
-        self.program.begin(function, arguments, memory);
-        let inner = self.program.straight(cut.before, std::mem::take(memory))?;
-        let first = self.program.next_object();
-        *memory = self.program.straight(cut.init, inner)?;
-        Ok(first)
+        match cut {
+            Cut::Text(cut) => {
+                self.program.begin(function, arguments, memory);
+                let inner = self.program.straight(cut.before, std::mem::take(memory))?;
+                let first = self.program.next_object();
+                *memory = self.program.straight(cut.init, inner)?;
+                Ok((Entered::Text(cut), first))
+            }
+            Cut::Image => {
+                self.dt_now = Some(dt);
+                let (start, n_objects) = (memory.clone(), self.program.n_objects);
+                let (found, reached) = self.program.call_up_to_loop(|program| {
+                    program.call(function, arguments, memory).map(|_| ())
+                })?;
+                *memory = reached;
+                let entered = Entered::Image(Box::new(found), start, n_objects);
+                Ok((entered, self.program.next_object()))
+            }
+        }
     }
 
     /// An error if inputs or outputs were changed.
@@ -336,12 +427,12 @@ impl<'a> Attempt<'a> {
         cut: Cut<'a>,
         goes_on: bool,
         varies: &BTreeSet<Spot>,
-    ) -> Result<AtCut, String> {
+    ) -> Result<AtCut<'a>, String> {
         let before = self.before.clone();
         let mut memory = self.memory(Some(&before))?;
         let start = memory.clone();
         self.link();
-        let first = self.enter(cut, &mut memory)?;
+        let (entered, first) = self.enter(cut, &mut memory)?;
         // The first part has proved them.
         self.program.obligations.clear();
         // What is assumed about the state is assumed between reactions only.
@@ -368,8 +459,8 @@ impl<'a> Attempt<'a> {
         let fits = Number::compare(self.aig(), CompareOp::Le, &count, &Number::constant(most));
         self.assumed.push(fits);
         let locals = self.locals(&memory, first, varies);
-        for ((object, cell), meaning) in &locals {
-            let kind = self.kind_of_local((*object, *cell));
+        for (spot, meaning) in &locals {
+            let kind = self.kind_of_local(*spot);
             let value = match meaning {
                 Meaning::Kept(_) => continue,
                 Meaning::Counter => Some(Int::Word(count.clone())),
@@ -389,13 +480,13 @@ impl<'a> Attempt<'a> {
                 (None, Some(kind)) => Cell::of(Scalar::Int(self.program.any_of(kind))),
                 (_, None) => return Err("a local of this type is not supported".to_owned()),
             };
-            let has_value = memory.object(*object).and_then(|cells| cells.get(*cell));
+            let has_value = memory.object(spot.object).and_then(|cells| cells.get(spot.cell));
             let has_value = has_value.is_some_and(|cell| cell.unset == Lit::FALSE);
             // A local without a value before the loop must get one before it is read.
             let new = if has_value { Rc::new(new) } else { Rc::new(Cell::UNSET) };
-            memory.put(*object, *cell, new);
+            self.put_at(&mut memory, *spot, new);
         }
-        Ok(AtCut { memory, locals, count, first })
+        Ok(AtCut { entered, memory, locals, count, first })
     }
 
     /// Gives the members of the instance the values that they have within an evolution, or any value if they have no meaning there.
@@ -422,8 +513,10 @@ impl<'a> Attempt<'a> {
                 }
                 (None, _) => continue,
             };
+            let spot = Spot { object: INSTANCE, cell, bit: place.bit };
+            let kind = if place.bit.is_some() { IntKind::Bool } else { kind };
             let value = self.typed(Scalar::Int(value), kind);
-            memory.put(INSTANCE, cell, Rc::new(Cell::of(value)));
+            self.put_at(memory, spot, Rc::new(Cell::of(value)));
         }
         Ok(())
     }
@@ -452,19 +545,18 @@ impl<'a> Attempt<'a> {
         varies: &BTreeSet<Spot>,
     ) -> BTreeMap<Spot, Meaning> {
         let mut all = BTreeMap::new();
-        let Some(frame) = self.program.frames.last().cloned() else { return all };
-        for (symbol, object) in frame {
+        let frames = self.program.frames.clone();
+        for (symbol, object) in frames.into_iter().flatten() {
             let Object::Changing(number) = object else { continue };
-            let Some(cells) = memory.object(number).cloned() else { continue };
-            for (at, cell) in cells.iter().enumerate() {
-                let spot = (number, at);
+            for spot in self.spots(symbol, number, memory) {
+                let Some(cell) = self.cell_at(memory, spot) else { continue };
                 let is_int = matches!(cell.value, Some(Scalar::Int(_)));
-                let meaning = if let Some(hint) = self.hint_of(symbol, at) {
+                let meaning = if let Some(hint) = self.hint_of(symbol, spot) {
                     Meaning::Hint(hint)
                 } else if number >= first && is_int {
                     Meaning::Counter
-                } else if !varies.contains(&spot) && self.is_constant_in_loop(cell) {
-                    Meaning::Kept(cell.clone())
+                } else if !varies.contains(&spot) && self.is_constant_in_loop(&cell) {
+                    Meaning::Kept(cell)
                 } else {
                     Meaning::Nothing
                 };
@@ -472,6 +564,54 @@ impl<'a> Attempt<'a> {
             }
         }
         all
+    }
+
+    /// The scalars of a local; of an array of bytes whose bits the hint describes, these bits.
+    fn spots(&self, symbol: SymbolId, object: usize, memory: &Memory) -> Vec<Spot> {
+        let name = &self.of.unit.symbols[symbol].name;
+        let is_packed = self
+            .of
+            .hint
+            .locals
+            .iter()
+            .any(|(local, _)| local.name == *name && matches!(local.part, LocalPart::Bit(_)));
+        let n = memory.object(object).map_or(0, |cells| cells.len());
+        let bits = |cell| {
+            let bits = if is_packed { 0..8 } else { 0..0 };
+            let whole = (!is_packed).then_some(None);
+            bits.map(Some).chain(whole).map(move |bit| Spot { object, cell, bit })
+        };
+        (0..n).flat_map(bits).collect()
+    }
+
+    /// The contents of a scalar.
+    pub(super) fn cell_at(&mut self, memory: &Memory, spot: Spot) -> Option<Rc<Cell>> {
+        let cell = memory.object(spot.object)?.get(spot.cell)?.clone();
+        match (spot.bit, &cell.value) {
+            (Some(bit), Some(Scalar::Int(byte))) => {
+                let bit = byte.number(self.aig()).bit(bit as usize);
+                let value = Cell::of(Scalar::Int(Int::Bit(bit)));
+                Some(Rc::new(Cell { unset: cell.unset, ..value }))
+            }
+            _ => Some(cell),
+        }
+    }
+
+    /// Replaces a scalar.
+    fn put_at(&mut self, memory: &mut Memory, spot: Spot, new: Rc<Cell>) {
+        let old = memory.object(spot.object).and_then(|cells| cells.get(spot.cell));
+        let (Some(bit), Some(old)) = (spot.bit, old) else {
+            memory.put(spot.object, spot.cell, new);
+            return;
+        };
+        if let (Some(Scalar::Int(byte)), Some(Scalar::Int(value))) = (&old.value, &new.value) {
+            let byte = byte.number(self.aig());
+            let value = value.truth(self.aig());
+            let own = |at| if at == bit { value } else { byte.bit(at as usize) };
+            let bits = (0..8).map(own).chain([Lit::FALSE]).collect();
+            let word = Cell::of(Scalar::Int(Int::Word(Number::of_bits(bits))));
+            memory.put(spot.object, spot.cell, Rc::new(word));
+        }
     }
 
     /// True if a cell has a value that only inputs and time determine.
@@ -493,16 +633,21 @@ impl<'a> Attempt<'a> {
     }
 
     /// The number of the hint about a scalar of a local.
-    fn hint_of(&self, symbol: SymbolId, cell: usize) -> Option<usize> {
+    fn hint_of(&self, symbol: SymbolId, spot: Spot) -> Option<usize> {
+        let cell = spot.cell;
         let data = &self.of.unit.symbols[symbol];
         self.of.hint.locals.iter().position(|(local, _)| {
             if local.name != data.name {
                 return false;
             }
             let ty = &data.canonical.ty;
-            match (&local.member, ty) {
-                (None, Type::Int(_)) => cell == 0,
-                (Some(member), Type::Struct(id)) => {
+            match (&local.part, ty) {
+                (LocalPart::Whole, Type::Int(_)) => cell == 0,
+                (LocalPart::Element(at), Type::Array(..)) => cell == *at as usize,
+                (LocalPart::Bit(at), Type::Array(..)) => {
+                    cell == *at as usize / 8 && spot.bit == Some(at % 8)
+                }
+                (LocalPart::Member(member), Type::Struct(id)) => {
                     let members = &self.of.unit.structs[*id].members;
                     let at = members.iter().position(|it| it.name == *member);
                     at.and_then(|at| member_offset(self.of.unit, ty, at)) == Some(cell)
@@ -513,11 +658,14 @@ impl<'a> Attempt<'a> {
     }
 
     /// The type of a scalar of a local, if it is an integer.
-    fn kind_of_local(&self, (object, cell): Spot) -> Option<IntKind> {
-        let frame = self.program.frames.last()?;
-        let is_it = |it: &Object| *it == Object::Changing(object);
-        let (symbol, _) = frame.iter().find(|(_, it)| is_it(it))?;
-        kind_at(self.of.unit, &self.of.unit.symbols[*symbol].canonical.ty, cell)
+    fn kind_of_local(&self, spot: Spot) -> Option<IntKind> {
+        if spot.bit.is_some() {
+            return Some(IntKind::Bool);
+        }
+        let is_it = |it: &Object| *it == Object::Changing(spot.object);
+        let mut all = self.program.frames.iter().flatten();
+        let (symbol, _) = all.find(|(_, it)| is_it(it))?;
+        kind_at(self.of.unit, &self.of.unit.symbols[*symbol].canonical.ty, spot.cell)
     }
 
     /// The value of a scalar of the instance within an evolution, and the condition that it has a meaning; `None` if it is the same as between reactions.
@@ -588,8 +736,8 @@ impl<'a> Attempt<'a> {
     ) -> Result<Vec<Check>, String> {
         let goes_on = self.with_model(|this| this.model.maker.goes_on());
         let mut checks = Vec::new();
-        for ((object, at), meaning) in locals {
-            let cell = memory.object(*object).and_then(|cells| cells.get(*at)).cloned();
+        for (spot, meaning) in locals {
+            let cell = self.cell_at(memory, *spot);
             if let Meaning::Hint(hint) = meaning
                 && let Some(Scalar::Int(value)) = cell.as_ref().and_then(|it| it.value.as_ref())
             {
@@ -603,7 +751,7 @@ impl<'a> Attempt<'a> {
             }
             let (question, wanted, matters) = match meaning {
                 Meaning::Counter => {
-                    (Question::Counter(place, *at), Int::Word(count.clone()), Lit::TRUE)
+                    (Question::Counter(place, spot.cell), Int::Word(count.clone()), Lit::TRUE)
                 }
                 Meaning::Hint(hint) => {
                     let what = &self.of.hint.locals[*hint].1;

@@ -13,6 +13,7 @@ use grafsynth_c::tree::{
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
+use super::machine::AtLoop;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
@@ -116,8 +117,10 @@ pub(super) struct Program<'u> {
     pub(super) engine: Option<Engine<'u>>,
     /// The number of rounds that a loop of such an image makes at most, if it is the loop of the evolution and the number is known.
     pub(super) most_rounds: Option<u32>,
+    /// What happens at the loop of such an image, unless it is executed.
+    pub(super) at_loop: Option<AtLoop<'u>>,
     /// The number of objects so far, also of those that ended.
-    n_objects: usize,
+    pub(super) n_objects: usize,
     work: u64,
     /// The nesting of the statement or expression that is executed.
     depth: usize,
@@ -183,6 +186,7 @@ impl<'u> Program<'u> {
             replaced: None,
             engine: None,
             most_rounds: None,
+            at_loop: None,
             n_objects: 0,
             work: 0,
             depth: 0,

@@ -22,6 +22,7 @@ pub(super) const HEADER: usize = 32;
 const ROW: usize = 12;
 
 /// An image.
+#[derive(Clone)]
 pub(super) struct Image {
     pub(super) n_bits: usize,
     pub(super) n_values: usize,
@@ -35,6 +36,7 @@ pub(super) struct Image {
 }
 
 /// Consecutive values with a range.
+#[derive(Clone)]
 pub(super) struct CellRow {
     pub(super) first: usize,
     pub(super) n: usize,
@@ -45,7 +47,7 @@ pub(super) struct CellRow {
 pub(super) type Code = Vec<Instruction>;
 
 /// An instruction with the code that it contains.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Instruction {
     /// Pushes a constant.
     Constant(i64),

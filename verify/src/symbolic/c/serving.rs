@@ -11,8 +11,8 @@ use std::rc::Rc;
 
 use grafsynth_c::tree::{Callee, Expr, ExprKind, Init, PlaceKind, Stmt, StmtKind, SymbolId};
 
-use super::byte_code::{DONE, EngineFunction, Machine, Structure, put};
 use super::exec::{Done, Program};
+use super::machine::{DONE, EngineFunction, Machine, Request, Served, ServingLoop, Structure, put};
 use super::memory::{Cell, Memory, Object, Scalar, member_offset, n_cells, whole};
 use super::value::Int;
 use crate::symbolic::aig::Lit;
@@ -21,38 +21,6 @@ use crate::symbolic::aig::Lit;
 const PROGRESS: [&str; 5] = ["at", "depth", "loops", "rounds", "begins"];
 /// The members that the loop may use: what the machine stores in them, and what the next instruction reads from them.
 const SHARED: [&str; 4] = ["number", "stack", "dt", "fault"];
-
-/// A loop that performs requests.
-#[derive(Clone, Copy)]
-pub(super) struct ServingLoop<'u> {
-    engine: SymbolId,
-    /// The local with the request.
-    wants: SymbolId,
-    condition: &'u Expr,
-    /// The statements of the loop up to the next call of the engine.
-    body: &'u [Stmt],
-    /// The argument of the first call, and of the next one.
-    first: &'u Expr,
-    next: &'u Expr,
-}
-
-/// Such a loop while it runs.
-pub(super) struct Served<'u> {
-    by: ServingLoop<'u>,
-    /// The object of the local.
-    wants: usize,
-    /// The pointer to the machine.
-    run: Scalar,
-}
-
-/// What an instruction requests.
-pub(super) struct Request {
-    /// The number that the engine returns.
-    pub(super) wanted: u8,
-    /// The object that it is about.
-    pub(super) number: usize,
-    pub(super) arguments: Vec<Int>,
-}
 
 impl<'u> Program<'u> {
     /// The loop that two consecutive statements are, if they have the form of one.
@@ -152,6 +120,14 @@ impl<'u> Program<'u> {
     /// Takes the values of the members that show how far the machine is.
     pub(super) fn hide_progress(&self, run: &Structure, memory: &mut Memory) -> Done<()> {
         PROGRESS.iter().try_for_each(|name| self.forget(run, name, memory))
+    }
+
+    /// Takes the arguments of the last request.
+    pub(super) fn hide_arguments(&self, machine: &Machine<'u>, memory: &mut Memory) -> Done<()> {
+        match machine.served.is_some() {
+            true => self.forget(&machine.run, "stack", memory),
+            false => Ok(()),
+        }
     }
 
     /// Takes the values of a member of the machine.
