@@ -116,15 +116,7 @@ impl<'l> Text<'l> {
         let used = |act: &Act| match *act {
             Act::Hand { from, .. } => Some(from),
             Act::Put { value: Put::Input { input, .. }, .. } => Some(input),
-            Act::Latch
-            | Act::Put { .. }
-            | Act::Settle
-            | Act::Get { .. }
-            | Act::AskChip { .. }
-            | Act::React
-            | Act::AskCpu { .. }
-            | Act::HandMore { .. }
-            | Act::Clock { .. } => None,
+            _ => None,
         };
         let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).gather();
         let members =
