@@ -265,7 +265,7 @@ fn library(net: &Net, interface: &Interface) -> Vec<Node> {
         let prefix = &interface.names.prefix;
         nodes.push(Node::line(format!("static {ty} {prefix}_stimulus_{name};")));
         nodes.push(Node::function(
-            format!("{ty} {name}(void)"),
+            format!("{ty} {}(void)", interface.names.provided[&id]),
             vec![Node::line(format!("return {prefix}_stimulus_{name};"))],
         ));
         nodes.push(Node::blank());

@@ -67,6 +67,7 @@ use grafsynth_ir::net::{
     ActionId, Input, InputId, Net, Output, OutputId, StepId, TimerId, TransitionId, VarId,
 };
 use grafsynth_ir::{FileId, IdMap, Span, Valid};
+use std::collections::BTreeMap;
 
 /// The layout of Boolean inputs and outputs in `NAME_in_t` and `NAME_out_t`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -102,6 +103,9 @@ pub struct Options {
     pub stem: Option<String>,
     /// True to call the user's `NAME_activated` when a step changes, and `NAME_enabled` when a transition becomes enabled.
     pub callbacks: bool,
+    /// True if other code, which calls the function of each extern condition at most once in several reactions, provides the functions that the reaction calls:
+    /// `NAME_once_x` for the user's `x`.
+    pub once: bool,
     /// The maximum number of transitions in one function; larger charts are split, so that a C compiler's time stays linear.
     pub max_transitions: usize,
     /// The name of the source, for the comment at the top of each file; without a path, so that the text is the same everywhere.
@@ -121,6 +125,7 @@ impl Default for Options {
             prefix: None,
             stem: None,
             callbacks: false,
+            once: false,
             max_transitions: 200,
             source: String::new(),
         }
@@ -256,6 +261,8 @@ pub struct ReactionInterface<'p> {
     pub has_instance: bool,
     /// The type of the parameter `dt`, if there is one.
     pub dt: Option<&'static str>,
+    /// The user's functions for extern conditions. The reaction calls the function with the name of the input.
+    pub provided: &'p BTreeMap<InputId, String>,
 }
 
 impl Package {
@@ -269,7 +276,14 @@ impl Package {
             outputs: &names.outputs,
             has_instance: interface.has_instance,
             dt: interface.ticks.map(|ticks| ticks.name()),
+            provided: &names.provided,
         }
+    }
+
+    /// The header with the functions that the user provides.
+    #[must_use]
+    pub fn library_header(&self) -> String {
+        format!("{}_user.h", self.stem())
     }
 
     /// The prefix of its file names.
@@ -408,7 +422,7 @@ fn renamed(net: &Net, names: &names::Names) -> Vec<Diagnostic> {
         .inputs
         .iter()
         .filter(|(_, input)| input.kind == grafsynth_ir::net::InputKind::Extern)
-        .map(|(id, input)| (&input.name, &names.inputs[id]));
+        .map(|(id, input)| (&input.name, &names.provided[&id]));
     let actions = net
         .outputs
         .iter()

@@ -17,8 +17,8 @@ impl Layout<'_> {
             let ty = storage(input.ty);
             let value = if input.ty.is_bool() { "false" } else { "0" };
             all.push((
-                format!("{ty} {}(void)", self.names.inputs[id]),
-                described(&input.name.text, &input.meta.label, &self.names.inputs[id], input.ty),
+                format!("{ty} {}(void)", self.names.provided[&id]),
+                described(&input.name.text, &input.meta.label, &self.names.provided[&id], input.ty),
                 Some(value),
                 Object::Input(id),
             ));
@@ -71,6 +71,16 @@ impl Layout<'_> {
         let mut nodes = Vec::new();
         for (signature, note, _, object) in self.library() {
             nodes.push(Node::line(format!("{signature};")).note(note).about(object));
+        }
+        if self.options.once && !self.names.provided.is_empty() {
+            nodes.push(Node::comment(
+                "The reaction calls these functions, which the link provides.",
+            ));
+            for id in self.names.provided.keys() {
+                let ty = storage(self.net.inputs[*id].ty);
+                let signature = format!("{ty} {}(void);", self.names.inputs[*id]);
+                nodes.push(Node::line(signature).about(Object::Input(*id)));
+            }
         }
         for (signature, note) in self.callbacks() {
             nodes.push(Node::comment(note));

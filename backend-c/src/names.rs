@@ -12,6 +12,7 @@ use grafsynth_ir::net::{
 };
 use grafsynth_ir::span::Name;
 use grafsynth_ir::{Arena, IdMap};
+use std::collections::BTreeMap;
 
 /// Members that the gate adds to the instance.
 const MEMBERS_OF_GATE: [&str; 3] = ["gate", "gate_in", "gate_dt"];
@@ -38,8 +39,10 @@ pub(crate) struct Names {
     pub(crate) prefix: String,
     /// The prefix of macros and enumerators.
     pub(crate) upper: String,
-    /// Members of the input structure; for extern conditions, the user's functions.
+    /// Members of the input structure; for extern conditions, the functions that the reaction calls.
     pub(crate) inputs: IdMap<Input, String>,
+    /// The user's functions for extern conditions.
+    pub(crate) provided: BTreeMap<InputId, String>,
     /// Members of the output structure; for extern actions, the user's functions.
     pub(crate) outputs: IdMap<Output, String>,
     /// Members of the instance.
@@ -103,8 +106,13 @@ impl Names {
             in_members.reserve("bits");
             out_members.reserve("bits");
         }
-        let inputs = IdMap::build(&net.inputs, |_, input| match input.kind {
-            InputKind::Extern => global.name(&input.name.text),
+        let mut provided = BTreeMap::new();
+        let inputs = IdMap::build(&net.inputs, |id, input| match input.kind {
+            InputKind::Extern => {
+                let name = global.name(&input.name.text);
+                provided.insert(id, name.clone());
+                if options.once { global.name(&format!("{prefix}_once_{name}")) } else { name }
+            }
             InputKind::Pin | InputKind::Event | InputKind::InternalEvent => {
                 in_members.name(&input.name.text)
             }
@@ -117,15 +125,7 @@ impl Names {
             }
         });
         let vars = assigned(&net.vars, &mut members, |it| &it.name);
-        let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
-        if options.trace.is_some() {
-            reserved.extend(MACROS_OF_TRACE.map(str::to_owned));
-        }
-        if options.io == Io::Words {
-            reserved.extend(["GET", "PUT", "LIT", "LIGHT"].map(str::to_owned));
-            reserved.extend(inputs.values().map(|name| format!("IN_{name}")));
-            reserved.extend(outputs.values().map(|name| format!("OUT_{name}")));
-        }
+        let reserved = reserved(options, &inputs, &outputs);
         let mut enumerators = Namer::new(&SUFFIX);
         reserved.iter().for_each(|word| enumerators.reserve(word));
         let steps = assigned(&net.steps, &mut enumerators, |it| &it.name);
@@ -145,6 +145,7 @@ impl Names {
             prefix,
             upper,
             inputs,
+            provided,
             outputs,
             vars,
             steps,
@@ -173,6 +174,24 @@ impl Names {
     }
 }
 
+/// The names that the headers define after the upper-case prefix, except steps.
+fn reserved(
+    options: &Options,
+    inputs: &IdMap<Input, String>,
+    outputs: &IdMap<Output, String>,
+) -> Vec<String> {
+    let mut reserved: Vec<String> = ENUMERATORS.iter().map(|word| (*word).to_owned()).collect();
+    if options.trace.is_some() {
+        reserved.extend(MACROS_OF_TRACE.map(str::to_owned));
+    }
+    if options.io == Io::Words {
+        reserved.extend(["GET", "PUT", "LIT", "LIGHT"].map(str::to_owned));
+        reserved.extend(inputs.values().map(|name| format!("IN_{name}")));
+        reserved.extend(outputs.values().map(|name| format!("OUT_{name}")));
+    }
+    reserved
+}
+
 /// One name for each item of an arena.
 /// The names of all objects of a kind, made from their names in the chart.
 fn assigned<T>(
@@ -186,10 +205,9 @@ fn assigned<T>(
 
 /// The functions of the user's library.
 pub(crate) fn library(net: &Net, names: &Names) -> Vec<String> {
-    let conditions = net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
     let actions = net.outputs.iter().filter(|(_, it)| it.is_extern());
-    conditions
-        .map(|(id, _)| names.inputs[id].clone())
+    let called = names.provided.keys().map(|id| &names.inputs[*id]);
+    (names.provided.values().chain(called).cloned())
         .chain(actions.map(|(id, _)| names.outputs[id].clone()))
         .collect()
 }

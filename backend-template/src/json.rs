@@ -46,7 +46,7 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
     let settings = &net.settings;
     let label = net.parts.values().map(|part| part.meta.label.as_str());
     let label = label.into_iter().find(|label| !label.is_empty()).unwrap_or_default();
-    Ok(json!({
+    let mut all = json!({
         "format": FORMAT,
         "version": VERSION,
         "name": net.name.text,
@@ -88,7 +88,12 @@ pub fn json(net: &Valid<Net>) -> Result<Value, Vec<Diagnostic>> {
             "exit": it.exit.index(),
         }), &it.meta)).collect::<Vec<_>>(),
         "program": program_json(net, &program),
-    }))
+    });
+    // Only the parts of a split have it.
+    if let Some(ending) = &net.ending {
+        all["ending"] = json!({ "waits": condition(&ending.waits), "quiet": ending.is_quiet });
+    }
+    Ok(all)
 }
 
 /// The objects of an array.

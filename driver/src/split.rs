@@ -221,7 +221,7 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
         search::search(net, &groups, request)?;
     let mut parts = chips;
     if let (Some(part), Some(requested)) = (division.parts.last(), request.parts.last()) {
-        let cpu = build_part(&part.net, requested, request);
+        let cpu = build_cpu(net, &part.net, requested, request);
         if any_error(&cpu.built.found) {
             return Err(cpu.built.found);
         }
@@ -287,6 +287,18 @@ fn spec(part: &RequestedPart) -> PartSpec {
             }
         }
     }
+}
+
+/// Builds the part of a net on the CPU. If a reaction is several rounds, the link calls each extern condition once.
+fn build_cpu(
+    net: &Net,
+    part: &Valid<Net>,
+    requested: &RequestedPart,
+    request: &Request<'_>,
+) -> BuiltPart {
+    let mut options = request.options.clone();
+    options.c.once = rounds_of(net).is_some();
+    build_part(part, requested, &Request { options: &options, ..*request })
 }
 
 fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> BuiltPart {

@@ -373,7 +373,7 @@ impl OnCpu<'_> {
         let members = self.linked.calls.members.iter().map(|(id, _)| *id);
         let conditions = self.part.inputs.iter().filter_map(|(id, source)| match source {
             Source::Input(old) if self.part.net.inputs[id].kind == InputKind::Extern => Some(*old),
-            Source::Input(_) | Source::Wire(_) => None,
+            Source::Input(_) | Source::Wire(_) | Source::More => None,
         });
         for id in members.chain(conditions) {
             let bytes = input.value(id).to_le_bytes();

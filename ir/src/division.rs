@@ -6,9 +6,9 @@
 use crate::arena::IdMap;
 use crate::diag::Diagnostic;
 use crate::net::{
-    ActionId, ControlledAction, EdgeId, EdgeOperand, Evolution, Input, InputId, InputKind, Leaf,
-    Net, Output, OutputId, PropertyLeaf, PropertyRole, Step, StepId, Timer, TimerId, Transition,
-    TransitionId, Var, VarId,
+    ActionId, ControlledAction, Driver, EdgeId, EdgeOperand, Ending, Evolution, Expr, Input,
+    InputId, InputKind, Leaf, Net, Output, OutputId, PropertyLeaf, PropertyRole, Step, StepId,
+    Timer, TimerId, Transition, TransitionId, Var, VarId,
 };
 use crate::validate::{Valid, validate};
 
@@ -143,6 +143,8 @@ pub enum Source {
     Input(InputId),
     /// The wire of another part that shows this signal.
     Wire(Signal),
+    /// Whether this round is followed by another one of the same reaction, so that END waits: on a chip, whether any part moves; on the CPU, whether a chip does.
+    More,
 }
 
 /// The meaning of an output of a part.
@@ -166,7 +168,22 @@ pub fn rounds_of(net: &Net) -> Option<u32> {
     }
 }
 
-/// The net whose reaction is one round of the parts (semantics §10.3): the net itself or, if a reaction is several rounds, its micro-step.
+/// True if END of the net does more than show outputs: it has controlled actions, tasks, free timers, continuous extern actions, or outputs whose conditions call a
+/// function.
+#[must_use]
+pub fn has_ending(net: &Net) -> bool {
+    let is_called = |output: &Output| match &output.driver {
+        Driver::Extern { calls, .. } => !calls.is_empty(),
+        driver => driver.exprs().any(|expr| net.asks(expr)),
+    };
+    !net.actions.is_empty()
+        || !net.timers.is_empty()
+        || net.steps.values().any(|step| !step.tasks.is_empty())
+        || net.outputs.values().any(is_called)
+}
+
+/// The net whose reaction is one round of the parts (semantics §10.3): the net itself or, if a reaction is several rounds, its micro-step, after which END waits
+/// unless nothing fires.
 ///
 /// Its properties are the assumptions that every round satisfies. In all rounds of a reaction except the first one, events are absent; so an assumption about
 /// events may be false there, and is left out.
@@ -179,6 +196,7 @@ pub fn round_of(net: &Valid<Net>) -> Result<Valid<Net>, Vec<Diagnostic>> {
     }
     let mut round = net.clone().into_inner();
     round.settings.evolution = Evolution::Single;
+    round.ending = has_ending(net).then(|| Ending { waits: Expr::bool(false), is_quiet: true });
     let is_held = |leaf: &PropertyLeaf| matches!(leaf, PropertyLeaf::Net(Leaf::Input(id)) if net.inputs[*id].kind == InputKind::Pin);
     round.properties.retain(|property| {
         property.role == PropertyRole::Assume && property.never.leaves().all(is_held)

@@ -163,6 +163,8 @@ pub struct Net {
     pub forcings: Vec<Forcing>,
     /// The condition that forces all outputs to their safe values.
     pub emergency: Option<Emergency>,
+    /// The rounds in which a part of a split makes no END (§10.2); no chart has this.
+    pub ending: Option<Ending>,
     /// Assumptions about the environment, and properties to prove.
     pub properties: Vec<Property>,
     /// Cells whose value the designer left open (§3.6).
@@ -408,6 +410,25 @@ pub struct Emergency {
     pub condition: Expr,
     /// Source location, comment and tags.
     pub meta: Meta,
+}
+
+impl Net {
+    /// True if the expression reads an extern condition, so that evaluating it may call a function.
+    #[must_use]
+    pub fn asks(&self, expr: &Expr) -> bool {
+        let is_extern =
+            |id: InputId| self.inputs.get(id).is_some_and(|input| input.kind == InputKind::Extern);
+        expr.leaves().filter_map(Leaf::input).any(is_extern)
+    }
+}
+
+/// For a net whose reaction is one of several rounds: END, except for showing outputs, waits for the round in which no part moves (§10.2).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ending {
+    /// True in a round in which another part moves, or any part; reads only pins.
+    pub waits: Expr,
+    /// True if END also waits in a round in which a transition of the net itself fires. On a chip, `waits` already includes them.
+    pub is_quiet: bool,
 }
 
 /// The driver of an [`Output`].

@@ -69,6 +69,10 @@
 //! 32. A safe value is within the type of its output; extern actions have none. A net with an emergency has no `registered` output and no open cell, and
 //!     its condition reads no extern condition.
 //!
+//! Parts of a split:
+//!
+//! 33. A net with an [`Ending`](crate::net::Ending) has evolution `Single`, and the condition reads only pins.
+//!
 //! All checks together take linear time in the size of the net, except for sorting names.
 
 pub(crate) mod emergency;

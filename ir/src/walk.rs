@@ -138,6 +138,7 @@ impl Net {
     pub fn expressions(&self) -> impl Iterator<Item = &Expr> {
         (self.outputs.values().flat_map(|output| output.driver.exprs()))
             .chain(self.emergency.iter().map(|emergency| &emergency.condition))
+            .chain(self.ending.iter().map(|ending| &ending.waits))
             .chain(self.timers.values().map(|timer| &timer.condition))
             .chain(self.edges.values().map(|edge| &edge.expr))
             .chain(self.transitions.values().map(|transition| &transition.guard))

@@ -10,18 +10,28 @@ use crate::row::Effect;
 impl Reaction<'_> {
     /// The end of a reaction: END of §3.9, E1 to E6.
     pub(crate) fn end(&mut self, is_reset: bool) {
-        self.e1_controlled_actions();
-        self.e2_tasks();
-        self.e3_free_timers();
+        let is_last = is_reset || !self.waits();
+        if is_last {
+            self.e1_controlled_actions();
+            self.e2_tasks();
+            self.e3_free_timers();
+        }
         if is_reset {
             self.evaluate_mealy_outputs();
             self.evaluate_open_mealy_outputs();
         }
-        self.e4_outputs();
+        self.e4_outputs(is_last);
         if !is_reset || self.net.settings.policy.is_statechart() {
             self.e5_renew_input_operands();
         }
         self.e6_row();
+    }
+
+    /// True in a round of a part whose END waits for a later round (semantics §10.2).
+    fn waits(&mut self) -> bool {
+        let Some(ending) = &self.net.ending else { return false };
+        let fires = self.work.micro_steps > 0;
+        self.eval(&ending.waits) != 0 || ending.is_quiet && fires
     }
 
     /// E2: each active step runs its next tasks while their costs fit in the rest of its budget.
@@ -147,8 +157,8 @@ impl Reaction<'_> {
         }
     }
 
-    /// E4: continuous outputs, copies of stored and controlled ones, and continuous calls; then the effect of an emergency on them.
-    fn e4_outputs(&mut self) {
+    /// E4: continuous outputs, copies of stored and controlled ones, and (unless END waits) continuous calls; then the effect of an emergency on them.
+    fn e4_outputs(&mut self, is_last: bool) {
         let (net, tables) = (self.net, self.tables);
         // Only outputs that were on in the last row must be cleared: the cost depends on the active steps.
         for output in self.work.lit.drain(..) {
@@ -179,7 +189,11 @@ impl Reaction<'_> {
             }
             for (output, place) in &tables.emissions[step.index()] {
                 let Driver::Continuous(emissions) = &net.outputs[*output].driver else { continue };
-                if self.shows(*output, emissions[*place as usize].condition.as_ref()) {
+                let condition = emissions[*place as usize].condition.as_ref();
+                if !is_last && condition.is_some_and(|condition| net.asks(condition)) {
+                    continue;
+                }
+                if self.shows(*output, condition) {
                     self.row.outputs[output.index()] = 1;
                     self.work.lit.push(*output);
                 }
@@ -197,7 +211,7 @@ impl Reaction<'_> {
                     Driver::Mealy(_) | Driver::Fires(_) | Driver::Extern { .. } => {}
                 }
             }
-        } else {
+        } else if is_last {
             self.e4_calls(calls);
         }
         for output in &self.row.open.outputs {

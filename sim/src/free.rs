@@ -94,7 +94,7 @@ impl<'n> FreeParts<'n> {
                     Source::Wire(Signal::Active(step)) if at == cpu => {
                         i64::from(self.net.steps[step].is_initial)
                     }
-                    Source::Wire(Signal::Active(_) | Signal::Fires(_)) => 0,
+                    Source::Wire(Signal::Active(_) | Signal::Fires(_)) | Source::More => 0,
                 };
                 Line { taken, under_way: Vec::new() }
             });

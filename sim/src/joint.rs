@@ -1,6 +1,6 @@
 //! The rounds of a divided net (semantics §10.3): one simulator for each part, joined by the wires.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::division::{Division, PartNet, Shown, Signal, Source, rounds_of};
 use grafsynth_ir::net::{Net, OutputId};
@@ -43,7 +43,7 @@ impl<'n> Joint<'n> {
         for (part, simulator) in self.division.parts.iter().zip(&mut self.parts) {
             let is_state = |source: &Source| matches!(source, Source::Wire(Signal::Active(_)));
             if part.inputs.values().any(is_state) {
-                simulator.step(&own_row(part, &zero, &signals));
+                simulator.step(&own_row(part, &zero, &signals, false));
             }
         }
     }
@@ -58,6 +58,12 @@ impl<'n> Joint<'n> {
             row.outputs[output.index()] += calls;
         }
         row.effects.splice(0..0, self.effects.iter().cloned());
+        // The function of an extern condition is called at most once in all rounds of a reaction.
+        let mut asked = BTreeSet::new();
+        row.effects.retain(|effect| match effect {
+            Effect::Condition(id) => asked.insert(*id),
+            Effect::Call(..) | Effect::Code(_) => true,
+        });
         row
     }
 
@@ -73,18 +79,19 @@ impl<'n> Joint<'n> {
         self.called.clear();
         self.fault = false;
         let Some(limit) = rounds_of(self.net) else {
-            let (signals, _) = self.decisions(input);
-            self.round(input, &signals);
+            let decided = self.decisions(input);
+            self.round(input, &decided);
             return self.row(input);
         };
         let mut held = input.clone();
         for n in 0..=limit {
-            let (signals, moves) = self.decisions(&held);
+            let decided = self.decisions(&held);
+            let moves = decided.moving.contains(&true);
             self.fault = moves && n == limit;
             if self.fault {
                 break;
             }
-            self.round(&held, &signals);
+            self.round(&held, &decided);
             if !moves {
                 break;
             }
@@ -113,28 +120,40 @@ impl<'n> Joint<'n> {
         }
     }
 
-    /// The values of the wires in the next round, and whether any transition fires, if the parts show this. Each part decides from its own state and the inputs.
-    fn decisions(&self, input: &InputRow) -> (Signals, bool) {
+    /// What the parts show in the next round. Each part decides from its own state and the inputs.
+    fn decisions(&self, input: &InputRow) -> Decisions {
         let mut signals = Signals::new();
-        let mut moves = false;
-        for (part, simulator) in self.division.parts.iter().zip(&self.parts) {
+        let mut moving = vec![false; self.parts.len()];
+        let parts = self.division.parts.iter().zip(&self.parts);
+        for ((part, simulator), moves) in parts.zip(&mut moving) {
             if !part.outputs.values().any(|shown| !matches!(shown, Shown::Output(_))) {
                 continue;
             }
             // The decisions of a part do not depend on its wires, so any values will do here.
             let mut ahead = simulator.clone();
-            let row = ahead.step(&own_row(part, input, &signals));
-            moves |= shown_signals(part, row, &mut signals);
+            let row = ahead.step(&own_row(part, input, &signals, false));
+            *moves = shown_signals(part, row, &mut signals);
         }
-        (signals, moves)
+        Decisions { signals, moving }
     }
 
-    /// One round: all parts fire, with the wires as the decisions left them.
-    fn round(&mut self, input: &InputRow, signals: &Signals) {
-        for (part, simulator) in self.division.parts.iter().zip(&mut self.parts) {
-            simulator.step(&own_row(part, input, signals));
+    /// One round: all parts fire, with the wires as the decisions left them. A chip knows whether any part moves; the CPU knows whether a chip does.
+    fn round(&mut self, input: &InputRow, decided: &Decisions) {
+        let cpu = self.parts.len().saturating_sub(1);
+        let parts = self.division.parts.iter().zip(&mut self.parts);
+        for (at, (part, simulator)) in parts.enumerate() {
+            let known = if at == cpu { &decided.moving[..cpu] } else { &decided.moving };
+            let more = known.contains(&true);
+            simulator.step(&own_row(part, input, &decided.signals, more));
         }
     }
+}
+
+/// What the parts show before they make a round.
+struct Decisions {
+    signals: Signals,
+    /// For each part, whether one of its transitions fires, if it shows that.
+    moving: Vec<bool>,
 }
 
 /// The values on wires.
@@ -195,17 +214,18 @@ fn effects_of<'r>(part: &'r PartNet, row: &'r Row) -> impl Iterator<Item = Effec
         },
         Effect::Condition(input) => match part.inputs[*input] {
             Source::Input(old) => Effect::Condition(old),
-            Source::Wire(_) => unreachable!("a wire is no function"),
+            Source::Wire(_) | Source::More => unreachable!("a wire is no function"),
         },
         Effect::Code(text) => Effect::Code(text.clone()),
     })
 }
 
 /// The inputs of a part in a round.
-fn own_row(part: &PartNet, input: &InputRow, signals: &Signals) -> InputRow {
+fn own_row(part: &PartNet, input: &InputRow, signals: &Signals, more: bool) -> InputRow {
     let value = |source: &Source| match source {
         Source::Input(old) => input.value(*old),
         Source::Wire(signal) => signals.get(signal).copied().unwrap_or_default(),
+        Source::More => i64::from(more),
     };
     InputRow { dt: input.dt, values: part.inputs.values().map(value).collect() }
 }

@@ -16,13 +16,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::division::{
-    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source, round_of, rounds_of,
+    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source, has_ending, round_of,
+    rounds_of,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Enter, Expr, ExternCall,
-    Forcing, ForcingOrder, Input, InputId, Leaf, Meta, Net, Output, Part, Policy, Step, StepId,
-    Stmt, StmtKind, Timer, TimerId, Transition, TransitionId, TransitionKind, Var,
+    Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Ending, Enter, Expr,
+    ExternCall, Forcing, ForcingOrder, Input, InputId, Leaf, Meta, Net, Output, Part, Policy, Step,
+    StepId, Stmt, StmtKind, Timer, TimerId, Transition, TransitionId, TransitionKind, Var,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::validate::{Valid, validate};
@@ -79,6 +80,7 @@ pub fn divide(
         .into_iter()
         .map(|signal| (signal, unused(wire_name(net, signal), &mut used)))
         .gather();
+    let more = is_stable.then(|| unused("more".to_owned(), &mut used));
     let mut parts = Vec::new();
     for (part, name) in names.iter().enumerate() {
         let mut copier = Copier::new(net, &owners, part, &contents[part], &wires);
@@ -87,6 +89,7 @@ pub fn divide(
         if is_stable && owners.transitions.values().any(|owner| *owner == part) {
             copier.moves = Some(unused(format!("moves_{name}"), &mut used));
         }
+        copier.more = more.as_deref().map(|name| (name, part + 1 == names.len()));
         parts.push(copier.part(name)?);
     }
     let signals = wires.into_iter().map(|(signal, name)| (signal, name, owner(&owners, signal)));
@@ -265,6 +268,8 @@ struct Copier<'n> {
     is_clocked: bool,
     /// The name of the output that shows that a transition of the part fires, if it has one.
     moves: Option<String>,
+    /// If a reaction is several rounds: the name of the input that shows whether another one follows, and whether the part is on the CPU.
+    more: Option<(&'n str, bool)>,
     new: NewIds,
 }
 
@@ -293,7 +298,7 @@ impl<'n> Copier<'n> {
             actions: numbered(net.actions.ids().filter(|id| own(owners.actions[*id]))),
             outputs: numbered(net.outputs.ids().filter(|id| own(owners.outputs[*id]))),
         };
-        Copier { net, owners, part, wires, is_clocked: false, moves: None, new }
+        Copier { net, owners, part, wires, is_clocked: false, moves: None, more: None, new }
     }
 
     fn part(&self, name: &str) -> Result<PartNet, Vec<Diagnostic>> {
@@ -347,7 +352,15 @@ impl<'n> Copier<'n> {
         part.properties = assumptions.filter_map(|one| assumption(one, &self.new.inputs)).collect();
         let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
             .chain(self.new.wires.keys().map(|signal| Source::Wire(*signal)));
-        let inputs: Vec<Source> = inputs.collect();
+        let mut inputs: Vec<Source> = inputs.collect();
+        if let Some((name, is_cpu)) = self.more
+            && has_ending(&part)
+        {
+            let more = part.inputs.push(wire_input(Name::new(name, net.name.span)));
+            let waits = Expr::leaf(Leaf::Input(more), net.name.span);
+            part.ending = Some(Ending { waits, is_quiet: is_cpu });
+            inputs.push(Source::More);
+        }
         Ok(PartNet {
             name: name.to_owned(),
             steps: olds(&part.steps, &self.new.steps),

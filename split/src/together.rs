@@ -257,7 +257,13 @@ impl Finder<'_> {
                 refuse("a statechart that ends", help, step.meta.span);
             }
         } else if net.settings.evolution != Evolution::Single {
-            self.once_per_reaction(&mut refuse);
+            // The texts of a step run after its reaction, not after each round.
+            for step in net.steps.values().filter(|step| !step.code.is_empty()) {
+                let what =
+                    "a step with text in the target language in a chart with `evolution stable`";
+                let help = "write `evolution single`, or call an extern action";
+                refuse(what, help, step.meta.span);
+            }
         }
         if let Some(open) = net.unspecified.first() {
             refuse(
@@ -267,39 +273,6 @@ impl Finder<'_> {
             );
         }
         if findings.is_empty() { Ok(()) } else { Err(findings) }
-    }
-
-    /// Refuses what happens once in a reaction of several micro-steps: each round of the parts is one micro-step, and no part knows which one is the last.
-    fn once_per_reaction(&self, refuse: &mut impl FnMut(&str, &str, Span)) {
-        let net = self.net;
-        let help =
-            "write `evolution single`, or build the chart for one chip or one CPU with `build`";
-        let mut refuse = |what: &str, span| {
-            refuse(&format!("a chart with `evolution stable` and {what}"), help, span);
-        };
-        for timer in net.timers.values() {
-            refuse(&format!("the free timer `{}`", timer.name), timer.meta.span);
-        }
-        for action in net.actions.values() {
-            refuse(&format!("the controlled action `{}`", action.name), action.meta.span);
-        }
-        for step in net.steps.values() {
-            if !step.tasks.is_empty() {
-                refuse(&format!("tasks in step `{}`", step.name), step.meta.span);
-            }
-            if !step.code.is_empty() {
-                refuse("text in the target language", step.meta.span);
-            }
-        }
-        for input in net.inputs.values().filter(|input| input.kind == InputKind::Extern) {
-            refuse(&format!("the extern condition `{}`", input.name), input.meta.span);
-        }
-        for output in net.outputs.values() {
-            if matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty()) {
-                let what = format!("the continuous extern action `{}`", output.name);
-                refuse(&what, output.meta.span);
-            }
-        }
     }
 
     fn bond(&mut self, one: Item, other: Item, why: Why) {

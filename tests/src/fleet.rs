@@ -414,6 +414,7 @@ pub const PROPERTIES: &[(&str, Has)] = &[
     ("internal events", |it| it.net.inputs.values().any(|it| it.kind == InputKind::InternalEvent)),
     ("extern conditions", |it| it.net.inputs.values().any(|it| it.kind == InputKind::Extern)),
     ("extern actions", |it| it.net.outputs.values().any(|it| it.is_extern())),
+    ("an END that waits", |it| it.net.ending.is_some()),
     ("firings shown", |it| it.net.outputs.values().any(|it| matches!(it.driver, Driver::Fires(_)))),
     ("mealy outputs", |it| it.net.outputs.values().any(|it| matches!(it.driver, Driver::Mealy(_)))),
     ("stored outputs", |it| {

@@ -12,13 +12,14 @@ use grafsynth_driver::split::{
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::{Availability, Engine as _, EngineError, Job, OfCpu, SplitEngine};
 use grafsynth_ir::division::Running;
-use grafsynth_ir::net::{Evolution, Net, Policy};
+use grafsynth_ir::net::{Driver, Evolution, InputKind, Net, Output, Policy};
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::{Random, Stimulus, compare};
 use grafsynth_split::together;
 use grafsynth_tests::random_net::{Features, random_net};
 use grafsynth_tests::rounds;
 use grafsynth_verify::structural_facts;
+use std::collections::BTreeMap;
 
 fn net(seed: u64) -> Valid<Net> {
     let features = Features {
@@ -30,9 +31,26 @@ fn net(seed: u64) -> Valid<Net> {
         integers: seed.is_multiple_of(3),
         stored_outputs: true,
         emergency: seed.is_multiple_of(5),
+        // What happens once in a reaction.
+        controlled_actions: seed % 4 == 1,
+        tasks: seed % 8 == 3,
+        externs: seed % 6 >= 3,
         ..Features::plain()
     };
     random_net(seed, &features)
+}
+
+/// What happens once in a reaction of a net, of the things that a split of a `stable` chart must do in one of its rounds.
+fn once(net: &Net) -> Vec<&'static str> {
+    let is_called = |output: &Output| matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty());
+    let all = [
+        ("timers", !net.timers.is_empty()),
+        ("controlled actions", !net.actions.is_empty()),
+        ("tasks", net.steps.values().any(|step| !step.tasks.is_empty())),
+        ("calls", net.outputs.values().any(is_called)),
+        ("conditions", net.inputs.values().any(|input| input.kind == InputKind::Extern)),
+    ];
+    all.into_iter().filter(|(_, has)| *has).map(|(what, _)| what).collect()
 }
 
 fn parts() -> [RequestedPart; 2] {
@@ -145,6 +163,7 @@ fn splits_of_statecharts_with_their_links_give_the_rows_of_the_chart() {
 #[test]
 fn splits_with_their_links_give_the_rows_of_the_chart() {
     let (mut seed, mut run, mut stable, mut found, mut wrong) = (0, 0, 0, 0, 0);
+    let mut happens: BTreeMap<&str, u32> = BTreeMap::new();
     while run < rounds(6, 300) {
         seed += 1;
         let net = net(seed);
@@ -157,6 +176,9 @@ fn splits_with_their_links_give_the_rows_of_the_chart() {
         let Some(split) = random_split(&net, seed) else { continue };
         run += 1;
         stable += u32::from(is_stable);
+        for what in once(&net).into_iter().filter(|_| is_stable) {
+            *happens.entry(what).or_default() += 1;
+        }
         match difference(&net, split, seed) {
             Ok(None) => {}
             other => panic!("seed {seed}: {other:?}\n{}", text::print(&net)),
@@ -166,6 +188,8 @@ fn splits_with_their_links_give_the_rows_of_the_chart() {
         wrong += 1;
         found += u32::from(!matches!(difference(&net, crossed, seed), Ok(None)));
     }
-    println!("{run} splits ({stable} stable), {found} of {wrong} crossed pairs of pins found");
+    println!(
+        "{run} splits ({stable} stable, with {happens:?}), {found} of {wrong} crossed pairs of pins found"
+    );
     assert!(found * 2 >= wrong && wrong > 0 && stable > 0);
 }

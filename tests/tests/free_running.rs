@@ -358,6 +358,7 @@ impl<'a> Bench<'a> {
                 let at = self.division.wires.iter().position(|wire| wire.signal == signal);
                 self.wires[at.expect("it is there")]
             }
+            Source::More => unreachable!("only rounds have it"),
         };
         if self.now <= level.since && random.below(2) == 0 { level.old } else { level.new }
     }
@@ -572,6 +573,8 @@ fn names(division: &Division) -> CpuNames {
         outputs: part.net.outputs.ids().map(|id| (id, format!("o{}", id.index()))).collect(),
         has_instance: true,
         dt: None,
+        library: String::new(),
+        conditions: BTreeMap::new(),
     }
 }
 

@@ -4,15 +4,16 @@
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
 use crate::split::{division, features, stable_features, statechart_features};
+use grafsynth_c::storage;
 use grafsynth_engines::tools;
 use grafsynth_ir::arena::Id;
 use grafsynth_ir::division::{Division, PartNet, Source};
 use grafsynth_ir::expr::Type;
-use grafsynth_ir::net::{Driver, Expr, InputId, Leaf, Net};
+use grafsynth_ir::net::{Driver, Expr, InputId, InputKind, Leaf, Net};
 use grafsynth_split::cpu::{CPUS, Cpu, Family, HOST};
 use grafsynth_split::link::{
-    Act, Carries, ChipPins, ChipSignal, Connection, CpuNames, Direct, Link, Object, Put, Request,
-    Timing, check, files, link, wiring_md, wiring_svg,
+    Act, Carries, ChipPins, ChipSignal, Condition, Connection, CpuNames, Direct, Link, Object, Put,
+    Request, Timing, check, files, link, wiring_md, wiring_svg,
 };
 use grafsynth_tests::random_net::random_net;
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,7 +65,19 @@ fn names(part: &PartNet) -> CpuNames {
         outputs: shown.map(|(id, _)| (id, format!("o{}", id.index()))).collect(),
         has_instance: true,
         dt: Some("uint16_t".to_owned()),
+        library: "plant_cpu_user.h".to_owned(),
+        conditions: conditions(part),
     }
+}
+
+/// The functions that the part on the CPU calls, and those of the user.
+fn conditions(part: &PartNet) -> BTreeMap<InputId, Condition> {
+    let asked = part.net.inputs.iter().filter(|(_, it)| it.kind == InputKind::Extern);
+    let functions = |id: InputId| Condition {
+        called: format!("c{}", id.index()),
+        provided: format!("u{}", id.index()),
+    };
+    asked.map(|(id, _)| (id, functions(id))).collect()
 }
 
 /// A random division with the pins of its chips.
@@ -143,7 +156,10 @@ fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)>
             }
             Act::Put { connection, value } => {
                 spoil("last", to_end);
-                if value != Put::Tick {
+                let asks = |act: &Act| matches!(act, Act::AskChip { .. } | Act::AskCpu { .. });
+                // Without a part that moves, nothing has to be known before.
+                let is_known = value == Put::More && !link.acts.iter().any(asks);
+                if value != Put::Tick && !is_known {
                     spoil("first", to_start);
                 }
                 if let Put::Input { input, bit } = value {
@@ -171,6 +187,12 @@ fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)>
                 });
                 if let Some(connection) = other {
                     spoil("another wire", acts(&|acts| acts[at] = Act::Get { connection, to }));
+                }
+            }
+            Act::HandMore { .. } => {
+                spoil("last", to_end);
+                if link.acts.iter().any(|act| matches!(act, Act::AskChip { .. })) {
+                    spoil("first", to_start);
                 }
             }
             Act::AskChip { .. } => spoil("last", to_end),
@@ -207,7 +229,7 @@ fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)>
 #[test]
 fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
     let (mut n_links, mut n_spoiled, mut n_refused) = (0, 0, 0);
-    let (mut n_direct, mut n_bypassed) = (0, 0);
+    let (mut n_direct, mut n_bypassed, mut n_once) = (0, 0, 0);
     for seed in 0..200 {
         let Some(case) = Case::new(seed) else { continue };
         let request = case.request(&HOST);
@@ -233,6 +255,12 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
             assert!(!case.accepts(&link), "seed {seed} is accepted: {what}\n{made:#?}");
             n_spoiled += 1;
         }
+        for at in 0..made.once.len() {
+            let mut link = made.clone();
+            link.once.remove(at);
+            assert!(!case.accepts(&link), "seed {seed} is accepted: a condition in each round");
+            n_once += 1;
+        }
         for at in 0..made.connections.len() {
             let Some(link) = bypassed(&case, &made, at) else { continue };
             assert!(!case.accepts(&link), "seed {seed} is accepted: {at} bypasses\n{made:#?}");
@@ -252,6 +280,7 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
         "{n_links} links with {n_direct} direct inputs, {n_spoiled} spoiled ones, {n_bypassed} that bypass the CPU, {n_refused} divisions without a link"
     );
     assert!(n_links >= 50 && n_spoiled >= 100 && n_bypassed >= 50 && n_direct >= 5);
+    assert!(n_once >= 5, "{n_once} conditions");
 }
 
 /// The link with an input of a chip that is wired from the plant instead of the CPU, although the CPU must latch it.
@@ -338,6 +367,15 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
         void plant_link_host_put(unsigned pin, bool level) { printf(\"put %u %d\\n\", pin, (int)level); }\n\
         bool plant_link_host_get(unsigned pin) { printf(\"get %u\\n\", pin); return pin % 2U == 0U; }\n\
         void plant_link_host_settle(void) { printf(\"settle\\n\"); }\n".to_owned();
+    if !made.once.is_empty() {
+        c += "#include \"plant_cpu_user.h\"\n";
+    }
+    let empty = BTreeMap::new();
+    let conditions = if made.once.is_empty() { &empty } else { &names.conditions };
+    for (id, Condition { provided, .. }) in conditions {
+        let ty = storage(part.inputs[*id].ty);
+        _ = writeln!(c, "{ty} {provided}(void) {{ puts(\"{provided}\"); return 0; }}");
+    }
     let out = if has_out { ", plant_cpu_out_t *out" } else { "" };
     _ = writeln!(
         c,
@@ -351,6 +389,13 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
     );
     for name in names.inputs.values() {
         _ = writeln!(c, "printf(\"{name} %ld\\n\", (long)in->{name});");
+    }
+    // The part may ask for a condition in each round, also twice.
+    for Condition { called, .. } in conditions.values() {
+        _ = writeln!(
+            c,
+            "(void){called}(); puts(\"{called}\");\n(void){called}(); puts(\"{called}\");"
+        );
     }
     for (id, name) in &names.outputs {
         let value =
@@ -427,6 +472,7 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
             if is_over { 0 } else { value_of(net, id.index()) }
         };
         let mut wanted = String::new();
+        moves = false;
         for act in &made.acts {
             match *act {
                 Act::Latch => {}
@@ -438,6 +484,7 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
                             (value_of(input) - lo) >> bit & 1
                         }
                         Put::Tick => i64::from(is_first),
+                        Put::More => i64::from(moves),
                         Put::Output(id) => i64::try_from(id.index() % 2).expect("it is there"),
                     };
                     _ = writeln!(wanted, "put {} {level}", pin(connection));
@@ -451,11 +498,16 @@ fn program(case: &Case, names: &CpuNames, made: &Link) -> (String, String) {
                     moves |= pin(connection) % 2 == 0;
                     _ = writeln!(wanted, "get {}", pin(connection));
                 }
+                Act::HandMore { to } => _ = handed.insert(to.index(), i64::from(moves)),
                 Act::AskCpu { output } => moves |= output.index() % 2 == 1,
                 Act::React => {
                     _ = writeln!(wanted, "react {}", u8::from(is_first));
                     for id in names.inputs.keys() {
                         _ = writeln!(wanted, "i{} {}", id.index(), handed[&id.index()]);
+                    }
+                    for Condition { called, provided } in conditions.values() {
+                        let asked = if is_first { format!("{provided}\n") } else { String::new() };
+                        _ = write!(wanted, "{asked}{called}\n{called}\n");
                     }
                 }
                 Act::Clock { connection } => {
@@ -483,6 +535,14 @@ fn write(folder: &Path, case: &Case, request: &Request<'_>, made: &Link) {
     }
     std::fs::write(folder.join("plant_cpu.h"), stub_header(case, &request.names))
         .expect("it is there");
+    let part = &case.division.parts.last().expect("it is there").net;
+    let declared = request.names.conditions.iter().map(|(id, one)| {
+        let ty = storage(part.inputs[*id].ty);
+        format!("{ty} {}(void);\n{ty} {}(void);\n", one.called, one.provided)
+    });
+    let text =
+        format!("#include <stdbool.h>\n#include <stdint.h>\n{}", declared.collect::<String>());
+    std::fs::write(folder.join(&request.names.library), text).expect("it is there");
     let table = wiring_md(request, made);
     assert!(made.connections.iter().all(|one| table.contains(&format!("| {} |", one.name))));
     roxmltree::Document::parse(&wiring_svg(request, made)).expect("it is there");

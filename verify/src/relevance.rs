@@ -107,6 +107,9 @@ impl<'n> Relevance<'n> {
         for emergency in net.emergency.iter() {
             self.expr(&emergency.condition, &mut always);
         }
+        for ending in net.ending.iter() {
+            self.expr(&ending.waits, &mut always);
+        }
         for property in
             net.properties.iter().filter(|property| property.role == PropertyRole::Assert)
         {

@@ -75,6 +75,9 @@ pub(crate) fn program(net: &Net, names: &Names, options: &Options) -> Result<Sty
     if options.trace.is_some() {
         return refuse("a trace ring", net.name.span);
     }
+    if let Some(ending) = &net.ending {
+        return refuse("an end of a reaction that waits for other parts", ending.waits.span);
+    }
     let plan = Plan::of(net)?;
     let cap = plan.timers.values().map(|(_, cap)| i64::from(*cap)).max();
     let ticks = cap.map(Ticks::for_cap);

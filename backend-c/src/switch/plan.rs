@@ -193,6 +193,9 @@ fn refuse_features(net: &Net) -> Result<(), Refusal> {
     if let Some(forcing) = net.forcings.first() {
         return refuse("a forcing order", forcing.span);
     }
+    if let Some(ending) = &net.ending {
+        return refuse("an end of a reaction that waits for other parts", ending.waits.span);
+    }
     if let Some(send) = net.sends.values().next() {
         return refuse("a delayed event", send.meta.span);
     }

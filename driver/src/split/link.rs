@@ -16,9 +16,9 @@ use grafsynth_sim::measures_time;
 use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
 use grafsynth_split::link::{
-    self, Calls, ChipPins, ChipSignal, CpuNames, Link, OSCILLATOR_HZ, Object, SYNCHRONISERS,
-    Timing, calls, check, chip_ns, files, round_cycles, smallest_program, wiring_md, wiring_rows,
-    wiring_svg,
+    self, Calls, ChipPins, ChipSignal, Condition, CpuNames, Link, OSCILLATOR_HZ, Object,
+    SYNCHRONISERS, Timing, calls, check, chip_ns, files, round_cycles, smallest_program, wiring_md,
+    wiring_rows, wiring_svg,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -347,6 +347,9 @@ fn inputs_of(logic: &Logic, functions: impl Iterator<Item = NodeId>) -> BTreeSet
 pub(super) fn names(package: &Package, net: &Net) -> CpuNames {
     let interface = package.reaction_interface();
     let handed = net.inputs.iter().filter(|(_, input)| input.kind.is_handed());
+    let condition = |(id, provided): (&InputId, &String)| {
+        (*id, Condition { called: interface.inputs[*id].clone(), provided: provided.clone() })
+    };
     let shown = net.outputs.iter().filter(|(_, output)| !output.is_extern());
     CpuNames {
         prefix: interface.prefix.to_owned(),
@@ -355,5 +358,7 @@ pub(super) fn names(package: &Package, net: &Net) -> CpuNames {
         outputs: shown.map(|(id, _)| (id, interface.outputs[id].clone())).gather(),
         has_instance: interface.has_instance,
         dt: interface.dt.map(str::to_owned),
+        library: package.library_header(),
+        conditions: interface.provided.iter().map(condition).gather(),
     }
 }

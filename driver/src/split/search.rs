@@ -9,7 +9,7 @@
 use super::free::late_on_cpu;
 use super::link::link_parts;
 use super::memory::{Memory, memory};
-use super::{BuiltPart, PartDevice, Request, SoFar, build_part, misfit, spec, unplaced};
+use super::{BuiltPart, PartDevice, Request, SoFar, build_cpu, build_part, misfit, spec, unplaced};
 use crate::built::BuildOptions;
 use crate::codes;
 use crate::pipeline;
@@ -313,7 +313,7 @@ impl Search<'_> {
         let part = division.parts.last().ok_or("there is no CPU")?;
         let options = BuildOptions { prove: false, ..self.request.options.clone() };
         let request = Request { options: &options, ..*self.request };
-        chips.push(build_part(&part.net, requested, &request));
+        chips.push(build_cpu(self.net, &part.net, requested, &request));
         let Request { parts, stem, compile, .. } = *self.request;
         let linked = link_parts(self.net, (division, chips), parts, stem);
         let built = chips.pop().ok_or("there is no CPU")?;

@@ -447,6 +447,10 @@ impl Writer<'_> {
 
     fn emergency(&mut self, items: &mut Vec<Item>, root: BodyId) {
         let net = self.net;
+        if let Some(ending) = &net.ending {
+            let what = "an end of a reaction that waits for other parts";
+            self.findings.push(cannot(what, ending.waits.span));
+        }
         let Some(emergency) = &net.emergency else { return };
         let condition = self.expr(&emergency.condition, root, None);
         items.push(Item::Emergency(Emergency { condition, meta: emergency.meta.clone() }));

@@ -227,6 +227,8 @@ struct Now {
     hoisted: Vec<Stmt>,
     /// The fault flag of the reaction, if it can be set before the end.
     fault: Option<TempId>,
+    /// Whether END waits for a later round (§10.2); `None` if it never does.
+    waits: Option<Expr>,
 }
 
 impl Now {
@@ -240,6 +242,7 @@ impl Now {
             before: BTreeMap::new(),
             hoisted: Vec::new(),
             fault: None,
+            waits: None,
         }
     }
 }

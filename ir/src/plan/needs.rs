@@ -134,6 +134,7 @@ fn reaction_exprs(net: &Net) -> impl Iterator<Item = &Expr> {
     (net.transitions.values().map(|transition| &transition.guard))
         .chain(net.outputs.values().flat_map(|output| output.driver.exprs()))
         .chain(net.emergency.iter().map(|emergency| &emergency.condition))
+        .chain(net.ending.iter().map(|ending| &ending.waits))
         .chain(net.timers.values().map(|timer| &timer.condition))
         .chain(
             net.actions

@@ -12,7 +12,7 @@
 //! - something reads it: until the actions run, its value is that of the previous row, and a continuous output cannot be read (§3.6);
 //! - a condition of a use reads what changes after Q is computed: a variable that a body or a task writes, a free timer, another action, finished tasks.
 //!
-//! Statecharts are left alone: a statechart that has ended stops its actions but keeps its outputs.
+//! Statecharts are left alone: a statechart that has ended stops its actions but keeps its outputs. So are nets whose END waits (§10.2): their actions keep Q.
 
 use crate::arena::IdMap;
 use crate::net::{
@@ -22,7 +22,7 @@ use crate::walk::statements;
 
 /// Makes outputs that only `N` drives continuous, if nothing can tell the difference; returns true if there was such an output.
 pub fn continuous(net: &mut Net) -> bool {
-    if net.settings.policy.is_statechart() || net.actions.is_empty() {
+    if net.settings.policy.is_statechart() || net.actions.is_empty() || net.ending.is_some() {
         return false;
     }
     let written = written_late(net);

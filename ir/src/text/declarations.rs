@@ -92,6 +92,7 @@ impl Parser<'_> {
             "assume" => self.property(PropertyRole::Assume)?,
             "assert" => self.property(PropertyRole::Assert)?,
             "emergency" => self.emergency()?,
+            "ending" => self.ending()?,
             "open" => self.open_cell()?,
             "macro" => {
                 let (name, meta) = self.head()?;
@@ -645,6 +646,21 @@ impl Parser<'_> {
             return Err(Fail);
         }
         self.net_mut().emergency = Some(Emergency { condition, meta });
+        Ok(())
+    }
+
+    fn ending(&mut self) -> Result<(), Fail> {
+        let start = self.before();
+        let is_quiet = self.eat("quiet");
+        self.expect("unless")?;
+        let waits = self.expr()?;
+        if let Some(first) = self.net_mut().ending.as_ref().map(|first| first.waits.span) {
+            let message = "second `ending`; a net can have only one";
+            let found = Diagnostic::error(codes::NET_SYNTAX, message);
+            self.told(found.at(start, "again here").at(first, "first here"));
+            return Err(Fail);
+        }
+        self.net_mut().ending = Some(Ending { waits, is_quiet });
         Ok(())
     }
 

@@ -65,6 +65,9 @@ impl Net {
             item.meta.span = Span::default();
             item.condition.erase_spans();
         }
+        if let Some(item) = &mut net.ending {
+            item.waits.erase_spans();
+        }
         for item in &mut net.properties {
             item.meta.span = Span::default();
             item.never.erase_spans();

@@ -25,6 +25,7 @@ pub(super) const HEADS: &[&str] = &[
     "device",
     "edge",
     "emergency",
+    "ending",
     "events",
     "evolution",
     "final",

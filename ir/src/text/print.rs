@@ -298,6 +298,15 @@ impl Printer<'_> {
             self.expr(&emergency.condition, 0);
             self.out.push('\n');
         }
+        if let Some(ending) = &net.ending {
+            self.out.push_str(if ending.is_quiet {
+                "ending quiet unless "
+            } else {
+                "ending unless "
+            });
+            self.expr(&ending.waits, 0);
+            self.out.push('\n');
+        }
         for property in &net.properties {
             self.out.push_str(match property.role {
                 PropertyRole::Assume => "assume",

@@ -157,6 +157,9 @@ impl<'a> Checker<'a> {
         if let Some(emergency) = &net.emergency {
             self.condition(&emergency.condition, Place::Quiet("an emergency"));
         }
+        if let Some(ending) = &net.ending {
+            self.condition(&ending.waits, Place::Quiet("the condition of `ending`"));
+        }
         for property in &net.properties {
             let place = match property.role {
                 PropertyRole::Assume => Place::Assume,

@@ -8,8 +8,8 @@ use crate::codes;
 use crate::diag::counted;
 use crate::expr::Type;
 use crate::net::{
-    Enter, Evolution, ForcingOrder, InputKind, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem, Step,
-    StepId, StepKind, Transition, TransitionKind,
+    Enter, Evolution, ForcingOrder, InputKind, Leaf, MAX_LIMIT, OpenCell, Part, PartId, PlacedItem,
+    Step, StepId, StepKind, Transition, TransitionKind,
 };
 use crate::span::Span;
 use petgraph::algo::kosaraju_scc;
@@ -500,6 +500,25 @@ impl Checker<'_> {
         }
     }
 
+    /// Checks that a net in which END waits makes rounds, and that its condition cannot change between the check and END.
+    fn ending(&mut self) {
+        let net = self.net;
+        let Some(ending) = &net.ending else { return };
+        let span = ending.waits.span;
+        if net.settings.evolution != Evolution::Single {
+            let message = "`ending` is only allowed with `evolution single`";
+            self.report(codes::SETTINGS, span, message.to_owned());
+        }
+        let is_pin = |leaf: &Leaf| {
+            let input = leaf.input().and_then(|id| net.inputs.get(id));
+            input.is_some_and(|input| input.kind == InputKind::Pin)
+        };
+        if !ending.waits.leaves().all(is_pin) {
+            let message = "the condition of `ending` reads something other than an input pin";
+            self.report(codes::NOT_READABLE, span, message.to_owned());
+        }
+    }
+
     /// Checks open cells, macro-steps and placements.
     pub(super) fn rest(&mut self) {
         let net = self.net;
@@ -509,6 +528,7 @@ impl Checker<'_> {
             }
         }
         self.emergency();
+        self.ending();
         for drawn in &net.macros {
             let (name, span) = (&drawn.name, drawn.name.span);
             for step in &drawn.steps {

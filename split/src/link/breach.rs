@@ -56,6 +56,8 @@ pub enum Why {
     CpuInput(InputId),
     /// At the clock edge, a pin of a chip does not have its settled value of this round.
     ChipInput(End),
+    /// An extern condition is called in each round, or the link provides a function that the part on the CPU does not call.
+    Once,
     /// At the end, the inputs were not latched, the CPU has not reacted, the chips received no clock edge, their outputs have not settled, or a part was not asked
     /// whether it moves.
     Missing,
@@ -111,6 +113,7 @@ impl fmt::Display for Breach {
             Why::ChipInput(end) => {
                 write!(f, "{end} does not have the value of this round at the clock edge")
             }
+            Why::Once => f.write_str("an extern condition is not called once in a reaction"),
             Why::Missing => f.write_str("the round is incomplete"),
         }
     }
@@ -135,6 +138,8 @@ pub(super) enum Value {
     Wire(Signal),
     /// Whether any transition of a part fires in this round.
     Moves(PartIndex),
+    /// Whether any part moves in this round; in the part on the CPU, whether a chip does.
+    More,
     /// The level of the clock.
     Clock,
     /// A bit of an output to the plant.
@@ -162,6 +167,7 @@ pub(super) fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(P
                     let value = match *source {
                         Source::Input(input) => Value::Input(input, signal.bit),
                         Source::Wire(signal) => Value::Wire(signal),
+                        Source::More => Value::More,
                     };
                     wanted.insert(end, value);
                 }
@@ -197,6 +203,7 @@ pub(super) fn label(carries: Carries) -> Value {
         Carries::Input { input, bit } => Value::Input(input, bit),
         Carries::Wire(signal) => Value::Wire(signal),
         Carries::Moves(part) => Value::Moves(part),
+        Carries::More => Value::More,
         Carries::Plant { output, bit } => Value::Plant(output, bit),
     }
 }

@@ -101,6 +101,7 @@ impl<'l> Run<'l> {
         if let Some(end) = wanted.keys().find(|end| !at.contains_key(end)) {
             return Err(Why::Open(*end));
         }
+        once_each(link, division)?;
         let is_settled = vec![true; connections.len()];
         let handed = BTreeMap::new();
         let mut run = Run {
@@ -149,6 +150,17 @@ impl<'l> Run<'l> {
                 once(&mut self.has_reacted)?;
                 self.react()
             }
+            Act::HandMore { to } => {
+                let is_there = self.division.parts[self.cpu].net.inputs.get(to).is_some();
+                is_there.then_some(()).ok_or(Why::Unknown)?;
+                // The part on the CPU knows its own moves.
+                self.all_asked(self.cpu).then_some(()).ok_or(Why::Early)?;
+                if self.has_reacted {
+                    return Err(Why::Late);
+                }
+                self.handed.insert(to, Value::More);
+                Ok(())
+            }
             Act::AskChip { connection } => {
                 let Value::Moves(part) = self.read(connection)? else { return Err(Why::Unknown) };
                 self.asked.insert(part);
@@ -187,6 +199,7 @@ impl<'l> Run<'l> {
         let (value, may) = match put {
             Put::Input { input, bit } => (Value::Input(input, bit), self.is_latched),
             Put::Tick => (Value::Tick, true),
+            Put::More => (Value::More, self.all_asked(self.cpu + 1)),
             Put::Output(output) => {
                 let mut shown = self.division.parts[self.cpu].outputs.iter();
                 match shown.find(|(id, _)| *id == output) {
@@ -204,7 +217,7 @@ impl<'l> Run<'l> {
         self.values[connection] = value;
         self.is_settled[connection] = false;
         for end in &one.to {
-            if !matches!(self.wanted.get(end), Some(Value::Wire(_))) {
+            if !matches!(self.wanted.get(end), Some(Value::Wire(_) | Value::More)) {
                 self.unsettle(end.part);
             }
         }
@@ -286,6 +299,7 @@ impl<'l> Run<'l> {
                 Source::Input(from) if self.direct.contains(&from) => continue,
                 Source::Input(from) => Value::Input(from, 0),
                 Source::Wire(signal) => Value::Wire(signal),
+                Source::More => Value::More,
             };
             if self.handed.get(&input) != Some(&wanted) {
                 return Err(Why::CpuInput(input));
@@ -305,20 +319,39 @@ impl<'l> Run<'l> {
         Ok(())
     }
 
+    /// True if each of the first `n` parts that can move was asked whether it does.
+    fn all_asked(&self, n: usize) -> bool {
+        let shows = |shown: &Shown| *shown == Shown::Moves;
+        let parts = self.division.parts.iter().enumerate().take(n);
+        let moving = parts.filter(|(_, part)| part.outputs.values().any(shows));
+        moving.map(|(at, _)| at).all(|at| self.asked.contains(&at))
+    }
+
     fn end(&self) -> Result<(), Why> {
         let has_clock = self.wanted.values().any(|value| *value == Value::Clock);
         if !has_clock {
             // Without registers, the chips are outputs of their inputs, which must be there at the end.
             self.edge()?;
         }
-        let parts = self.division.parts.iter().enumerate();
-        let shows = |shown: &Shown| *shown == Shown::Moves;
-        let moving = parts.filter(|(_, part)| part.outputs.values().any(shows));
-        let is_asked = moving.map(|(at, _)| at).all(|at| self.asked.contains(&at));
+        let is_asked = self.all_asked(self.cpu + 1);
         let is_over = self.is_over || !has_clock;
         let is_complete = self.is_latched && self.has_reacted && is_over && is_asked;
         is_complete.then_some(()).ok_or(Why::Missing)
     }
+}
+
+/// Checks that exactly the extern conditions of a reaction of several rounds are called once.
+fn once_each(link: &Link, division: &Division) -> Result<(), Why> {
+    let part = division.parts.last().ok_or(Why::Parts)?;
+    let is_extern = |id: InputId| part.net.inputs[id].kind == InputKind::Extern;
+    let called: BTreeSet<Source> = part
+        .inputs
+        .iter()
+        .filter(|(id, _)| link.most_rounds.is_some() && is_extern(*id))
+        .map(|(_, source)| *source)
+        .gather();
+    let given: BTreeSet<Source> = link.once.iter().map(|id| Source::Input(*id)).gather();
+    (called == given).then_some(()).ok_or(Why::Once)
 }
 
 /// Removes the pins that the plant drives from what the CPU must put on them.

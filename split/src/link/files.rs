@@ -2,7 +2,7 @@
 
 use grafsynth_c::storage;
 use grafsynth_ir::Gather;
-use grafsynth_ir::division::Running;
+use grafsynth_ir::division::{Running, Source};
 use std::collections::BTreeMap;
 
 use grafsynth_ir::expr::Type;
@@ -10,7 +10,7 @@ use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{InputId, Net};
 
 use super::pins_text;
-use super::{Act, CpuNames, Link, Put, Request, Start};
+use super::{Act, Condition, CpuNames, Link, Put, Request, Start};
 
 /// A file of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -116,14 +116,7 @@ impl<'l> Text<'l> {
         let used = |act: &Act| match *act {
             Act::Hand { from, .. } => Some(from),
             Act::Put { value: Put::Input { input, .. }, .. } => Some(input),
-            Act::Latch
-            | Act::Put { .. }
-            | Act::Settle
-            | Act::Get { .. }
-            | Act::AskChip { .. }
-            | Act::React
-            | Act::AskCpu { .. }
-            | Act::Clock { .. } => None,
+            _ => None,
         };
         let all: std::collections::BTreeSet<InputId> = link.acts.iter().filter_map(used).gather();
         let members =
@@ -225,6 +218,7 @@ impl<'l> Text<'l> {
             "/* {name}_link: {what}, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
              #include \"{name}_link.h\"\n#include \"{name}_link_pins.h\"\n\n"
         );
+        text += &self.conditions();
         text += &format!(
             "void {name}_link_init({})\n{{\n    {upper}_LINK_PINS_INIT();\n    {upper}_LINK_WAIT_CHIPS();\n",
             self.parameters(false)
@@ -243,7 +237,9 @@ impl<'l> Text<'l> {
             text += &format!("    {name}_link_in_t latched;\n");
         }
         if !cpu.inputs.is_empty() {
-            let handed = |act: &&Act| matches!(act, Act::Hand { .. } | Act::Get { .. });
+            let handed = |act: &&Act| {
+                matches!(act, Act::Hand { .. } | Act::Get { .. } | Act::HandMore { .. })
+            };
             let all = self.link.acts.iter().filter(handed).count() == cpu.inputs.len();
             // Some inputs are wired to chips alone; the part on the CPU does not read them.
             let zero = if all { "" } else { " = {0}" };
@@ -260,6 +256,42 @@ impl<'l> Text<'l> {
         }
         text += "}\n";
         text
+    }
+
+    /// The functions for extern conditions that are called once in a reaction, with the types of their results.
+    fn once(&self) -> impl Iterator<Item = (&Condition, Type)> {
+        let part = self.request.division.parts.last();
+        let source = move |own: &InputId| {
+            let mut all = part?.inputs.iter();
+            all.find(|(id, _)| id == own).map(|(_, source)| *source)
+        };
+        let net = self.request.net;
+        self.request.names.conditions.iter().filter_map(move |(own, functions)| {
+            match source(own)? {
+                Source::Input(id) if self.link.once.contains(&id) => {
+                    Some((functions, net.inputs[id].ty))
+                }
+                Source::Input(_) | Source::Wire(_) | Source::More => None,
+            }
+        })
+    }
+
+    /// The functions that the part on the CPU calls for its extern conditions.
+    fn conditions(&self) -> String {
+        let one = |(Condition { called, provided }, ty): (&Condition, Type)| {
+            let ty = storage(ty);
+            format!(
+                "static bool {called}_known;\nstatic {ty} {called}_value;\n\n\
+                 /* {provided} is called at most once in a reaction, however many rounds it has. */\n\
+                 {ty} {called}(void)\n{{\n    if (!{called}_known) {{\n        {called}_value = {provided}();\n        \
+                 {called}_known = true;\n    }}\n    return {called}_value;\n}}\n\n"
+            )
+        };
+        let text: String = self.once().map(one).collect();
+        match text.is_empty() {
+            true => text,
+            false => format!("#include \"{}\"\n\n{text}", self.request.names.library),
+        }
     }
 
     /// A reaction of several rounds. The bound is never reached if the reactions of the chart end and no chip is broken.
@@ -310,6 +342,7 @@ impl<'l> Text<'l> {
                 bit_of(self.request.net, input, &member(self.members.get(&input)), bit)
             }
             Put::Tick => "dt != 0U".to_owned(),
+            Put::More => "moves".to_owned(),
             Put::Output(output) => {
                 format!("out->{}", member(self.request.names.outputs.get(&output)))
             }
@@ -324,11 +357,13 @@ impl<'l> Text<'l> {
         let input = |id: InputId| cpu.inputs.get(&id).unwrap_or(&none);
         let pin = |at: usize| self.link.connections.get(at).map_or("", |one| one.name.as_str());
         match act {
-            Act::Latch => self
-                .members
-                .values()
-                .map(|name| format!("    latched.{name} = in->{name};\n"))
-                .collect(),
+            Act::Latch => {
+                let latched =
+                    self.members.values().map(|name| format!("    latched.{name} = in->{name};\n"));
+                let forgotten =
+                    self.once().map(|(name, _)| format!("    {}_known = false;\n", name.called));
+                latched.chain(forgotten).collect()
+            }
             Act::Hand { from, to } => {
                 format!("    cpu_in.{} = latched.{};\n", input(to), member(from))
             }
@@ -350,6 +385,7 @@ impl<'l> Text<'l> {
                 let member = cpu.outputs.get(&output).unwrap_or(&none);
                 format!("    if (out->{member}) {{\n        moves = true;\n    }}\n")
             }
+            Act::HandMore { to } => format!("    cpu_in.{} = moves;\n", input(to)),
             Act::React => format!("    {}_step({});\n", cpu.prefix, self.arguments(true)),
             Act::Clock { connection } => {
                 let pin = pin(connection);

@@ -32,7 +32,7 @@ pub(super) fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act
             Source::Input(from) if part.net.inputs[to].kind.is_handed() => {
                 Some(Act::Hand { from, to })
             }
-            Source::Input(_) => None,
+            Source::Input(_) | Source::More => None,
             Source::Wire(signal) => at(signal).map(|connection| Act::Get { connection, to }),
         });
     }
@@ -221,9 +221,11 @@ impl Reaction<'_> {
             }
             Act::Settle => Ok(()),
             // The CPU passes nothing on, asks nobody and clocks nothing.
-            Act::Put { .. } | Act::AskChip { .. } | Act::AskCpu { .. } | Act::Clock { .. } => {
-                Err(Why::Unknown)
-            }
+            Act::Put { .. }
+            | Act::HandMore { .. }
+            | Act::AskChip { .. }
+            | Act::AskCpu { .. }
+            | Act::Clock { .. } => Err(Why::Unknown),
         }
     }
 

@@ -9,7 +9,7 @@ use grafsynth_ir::division::{
 };
 use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
-use grafsynth_ir::net::{Expr, InputId, Leaf, Net, OutputId};
+use grafsynth_ir::net::{Expr, InputId, InputKind, Leaf, Net, OutputId};
 
 use super::free;
 use super::{
@@ -64,7 +64,19 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     let rounds = rounds_of(request.net).filter(|_| running == Running::Lockstep);
     let most_rounds = rounds.map(|limit| limit.saturating_add(1));
     let Maker { connections, direct, oscillator, .. } = maker;
-    Ok(Link { connections, direct, oscillator, acts, most_rounds, start })
+    let once = most_rounds.map_or_else(Vec::new, |_| conditions(request));
+    Ok(Link { connections, direct, oscillator, acts, most_rounds, once, start })
+}
+
+/// The extern conditions of the part on the CPU, in the net.
+fn conditions(request: &Request<'_>) -> Vec<InputId> {
+    let sources = request.division.parts.last().into_iter().flat_map(|part| part.inputs.values());
+    let is_extern = |id: &InputId| request.net.inputs[*id].kind == InputKind::Extern;
+    let inputs = sources.filter_map(|source| match source {
+        Source::Input(id) => Some(*id),
+        Source::Wire(_) | Source::More => None,
+    });
+    inputs.filter(is_extern).collect()
 }
 
 /// A placeholder for a pin of the CPU that is not chosen yet; no package has a pin 0.
@@ -117,6 +129,7 @@ impl Maker<'_> {
         self.connect_inputs(&mut namer);
         self.connect_wires(&mut namer);
         self.connect_moves(&mut namer);
+        self.connect_more(&mut namer);
         self.connect_outputs(&mut namer);
     }
 
@@ -229,6 +242,20 @@ impl Maker<'_> {
                 None => self.refuse(format!("`{}` has no pin for the wire `{name}`", net.name)),
             }
         }
+    }
+
+    /// The CPU tells each chip with something that happens once in a reaction whether another round follows.
+    fn connect_more(&mut self, namer: &mut Namer) {
+        let request = self.request;
+        let mut to = Vec::new();
+        for (part, chip) in request.chips.iter().enumerate() {
+            let inputs = request.division.parts[part].inputs.iter();
+            for (input, _) in inputs.filter(|(_, source)| **source == Source::More) {
+                let pins = pins_of(&chip.signals, Object::Input(input));
+                to.extend(pins.map(|pin| End { part, pin }));
+            }
+        }
+        self.driven("more", Carries::More, to, namer);
     }
 
     fn connect_outputs(&mut self, namer: &mut Namer) {
@@ -395,6 +422,14 @@ fn level_of_row_0(net: &Net, carries: Carries) -> bool {
     value.checked_shr(bit).unwrap_or(0) & 1 == 1
 }
 
+/// The reaction of the part on the CPU, with what it is told before and asked after about its moves and those of the chips.
+fn reaction(part: &PartNet) -> impl Iterator<Item = Act> {
+    let is_more = |(_, source): &(InputId, &Source)| **source == Source::More;
+    let told = part.inputs.iter().find(is_more).map(|(to, _)| Act::HandMore { to });
+    let asked = moves(part).map(|output| Act::AskCpu { output });
+    told.into_iter().chain([Act::React]).chain(asked)
+}
+
 /// The acts of a round, without unnecessary `Settle` acts.
 fn acts(request: &Request<'_>, connections: &[Connection], direct: &[Direct]) -> Vec<Act> {
     let cpu = request.chips.len();
@@ -453,9 +488,12 @@ fn acts(request: &Request<'_>, connections: &[Connection], direct: &[Direct]) ->
         is_unsettled = false;
     }
     acts.append(&mut gets);
-    acts.push(Act::React);
-    acts.extend(moves(part).map(|output| Act::AskCpu { output }));
+    acts.extend(reaction(part));
     is_unsettled |= !late.is_empty();
+    if let Some((connection, _)) = all().find(|(_, one)| one.carries == Carries::More) {
+        acts.push(Act::Put { connection, value: Put::More });
+        is_unsettled = true;
+    }
     acts.append(&mut late);
     for wire in request.division.wires.iter().filter(|wire| wire.from == cpu) {
         let carries = Carries::Wire(wire.signal);

@@ -156,6 +156,19 @@ pub struct CpuNames {
     pub has_instance: bool,
     /// The type of the parameter `dt`, if there is one.
     pub dt: Option<String>,
+    /// The header that declares the functions of the user.
+    pub library: String,
+    /// The functions for extern conditions, if the link provides those that the part calls.
+    pub conditions: BTreeMap<InputId, Condition>,
+}
+
+/// The functions for an extern condition.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Condition {
+    /// The function that the part calls.
+    pub called: String,
+    /// The user's function.
+    pub provided: String,
 }
 
 /// A pin of a part.
@@ -185,6 +198,8 @@ pub enum Carries {
     Wire(Signal),
     /// Whether any transition of a chip fires in the round, which decides whether there is another one.
     Moves(PartIndex),
+    /// Whether any part moves in the round, so that END waits for a later one.
+    More,
     /// A bit of an output of the net, from a chip to the plant.
     Plant {
         /// The output, in the net.
@@ -239,6 +254,8 @@ pub enum Put {
     Tick,
     /// A Boolean output of the part on the CPU.
     Output(OutputId),
+    /// Whether any part that was asked moves.
+    More,
 }
 
 /// One operation of the CPU in a round.
@@ -274,6 +291,11 @@ pub enum Act {
         /// The connection of the pin.
         connection: ConnectionIndex,
     },
+    /// Tells the part on the CPU whether a chip moves, before it reacts.
+    HandMore {
+        /// The input of the part.
+        to: InputId,
+    },
     /// Calls `NAME_step` of the part on the CPU.
     React,
     /// Takes from an output of the part on the CPU whether one of its transitions fires in this round.
@@ -302,6 +324,9 @@ pub struct Link {
     /// The maximum number of rounds of a reaction, if it has several: the CPU repeats the acts, except [`Act::Latch`], while some part moves; the rounds after
     /// the first one are without time and events.
     pub most_rounds: Option<u32>,
+    /// The extern conditions (inputs of the net) whose functions are called at most once in all rounds of a reaction: the first call of the part on the CPU calls
+    /// the user's function, and [`Act::Latch`] forgets the result of the last reaction.
+    pub once: Vec<InputId>,
     /// What the CPU puts on its pins for row 0, in which all inputs are 0, if that may differ from the levels in reset.
     pub start: Vec<(ConnectionIndex, Start)>,
 }

@@ -53,6 +53,7 @@ pub fn round_cycles(link: &Link, cpu: &Cpu, timing: &Timing) -> Option<u64> {
         | Act::Get { .. }
         | Act::AskChip { .. }
         | Act::AskCpu { .. }
+        | Act::HandMore { .. }
         | Act::Clock { .. } => u64::from(cycles.act),
     });
     Some(u64::from(cycles.call) + acts.sum::<u64>())

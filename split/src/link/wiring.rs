@@ -153,6 +153,7 @@ fn carried(request: &Request<'_>, carries: Carries) -> String {
             format!("input `{}`, bit {bit}", net.inputs[input].name.text)
         }
         Carries::Wire(signal) => signal.describe(net),
+        Carries::More => "1 if another round of the reaction follows".to_owned(),
         Carries::Moves(_) => "1 if a transition of the chip fires in this round".to_owned(),
         Carries::Plant { output, bit } => {
             let declared = &net.outputs[output];

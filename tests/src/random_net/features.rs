@@ -49,7 +49,7 @@ pub struct Features {
     pub many_inputs: bool,
     pub finals: bool,
     pub mealy: bool,
-    /// Outputs that show that a transition fires. It uses its own random numbers.
+    /// What parts of a split have: outputs that show that a transition fires, and an END that waits for a later round. It uses its own random numbers.
     pub firings: bool,
     pub restart: bool,
     pub otherwise: bool,

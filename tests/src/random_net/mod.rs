@@ -19,7 +19,7 @@ mod words;
 
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
-    ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Evolution, Expr,
+    ActionId, ActionUse, ControlledAction, Driver, Emergency, Emission, Ending, Evolution, Expr,
     ExternCall, Input, InputId, InputKind, Leaf, Meta, Net, OpenCell, Output, OutputId, Param,
     Part, PartId, Policy, Property, PropertyLeaf, PropertyRole, Qualifier, SHARINGS, Schedule,
     SendSlot, Sharing, Step, StepId, StepKind, Task, Timer, TransitionId, Unspecified, Var, VarId,
@@ -120,6 +120,7 @@ impl<'f> Builder<'f> {
         self.rest();
         if self.on.firings {
             self.firings(seed);
+            self.ending(seed);
         }
         if self.on.sharing {
             self.sharing(seed);
@@ -139,6 +140,23 @@ impl<'f> Builder<'f> {
                 self.output(format!("fires{index}"), Type::Bool, Driver::Fires(vec![*transition]));
             }
         }
+    }
+
+    /// Lets END wait for a later round, as in a part of a split, in a third of the nets that can have it.
+    fn ending(&mut self, seed: u64) {
+        let mut random = Random::new(seed ^ 0xe_4d);
+        if self.net.settings.evolution != Evolution::Single || !random.one_in(3) {
+            return;
+        }
+        let more = self.net.inputs.push(Input {
+            name: name("more"),
+            ty: Type::Bool,
+            kind: InputKind::Pin,
+            synchronous: false,
+            meta: Meta::default(),
+        });
+        let waits = Expr::leaf(Leaf::Input(more), Span::default());
+        self.net.ending = Some(Ending { waits, is_quiet: random.one_in(2) });
     }
 
     /// Makes variables that tasks of halting steps use buffered or protected, in half of the nets that have such variables. It uses its own random

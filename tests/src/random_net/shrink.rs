@@ -256,6 +256,9 @@ fn rebuild(net: &Net, keep: &Keep) -> Net {
     if let Some(emergency) = &mut new.emergency {
         emergency.condition = expr(&emergency.condition);
     }
+    if let Some(ending) = &mut new.ending {
+        ending.waits = expr(&ending.waits);
+    }
     let unspecified = std::mem::take(&mut new.unspecified);
     new.unspecified = unspecified
         .into_iter()
@@ -474,7 +477,7 @@ fn drop_various(net: &Net, at: usize) -> Option<Option<Net>> {
     drop_entry(&mut new, at).then_some(Some(new))
 }
 
-/// Removes entry `at`, counted over the emergency, forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
+/// Removes entry `at`, counted over the emergency, `ending`, forcing orders, properties, open cells, emissions, calls, uses of actions and tasks.
 fn drop_entry(net: &mut Net, mut at: usize) -> bool {
     fn drop_from<T>(list: &mut Vec<T>, at: &mut usize) -> bool {
         if *at < list.len() {
@@ -487,6 +490,12 @@ fn drop_entry(net: &mut Net, mut at: usize) -> bool {
     let one = usize::from(net.emergency.is_some());
     if at < one {
         net.emergency = None;
+        return true;
+    }
+    at -= one;
+    let one = usize::from(net.ending.is_some());
+    if at < one {
+        net.ending = None;
         return true;
     }
     at -= one;

@@ -25,8 +25,7 @@ use grafsynth_ir::Valid;
 use grafsynth_ir::division::{Division, PartNet, Shown, Signal, Source, round_of};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
-    Driver, Evolution, InputId, InputKind, Leaf, Net, Output, Property, PropertyLeaf, PropertyRole,
-    StepId, TransitionId,
+    Evolution, InputId, Leaf, Net, Property, PropertyLeaf, PropertyRole, StepId, TransitionId,
 };
 use grafsynth_ir::program::Origin;
 
@@ -153,7 +152,11 @@ fn prove(
     let mut proof = Proof { model, shared: Shared::new(), facts, limits, compared: 0, same: 0 };
     for (at, part) in division.parts.iter().enumerate() {
         let own = net.transitions.ids().filter(|id| division.owners.transitions[*id] == at);
-        let fires = Fires { each: &fires, own: own.collect() };
+        let own: Vec<TransitionId> = own.collect();
+        // The driver tells a chip whether any part moves, and the CPU whether a chip does.
+        let is_cpu = at + 1 == division.parts.len();
+        let all = net.transitions.ids().filter(|id| !(is_cpu && own.contains(id)));
+        let fires = Fires { each: &fires, moving: all.collect(), own };
         proof.part(net, part, (&state, &inputs), &reset, &next, &fires)?;
     }
     if !is_bounded {
@@ -211,7 +214,9 @@ fn assumes_no_more(net: &Net, part: &PartNet) -> Result<(), Failed> {
         let never = property.never.map_leaves(&|leaf| match leaf {
             PropertyLeaf::Net(Leaf::Input(id)) => match part.inputs[*id] {
                 Source::Input(old) => PropertyLeaf::Net(Leaf::Input(old)),
-                Source::Wire(_) => PropertyLeaf::Net(Leaf::Input(InputId::from_index(usize::MAX))),
+                Source::Wire(_) | Source::More => {
+                    PropertyLeaf::Net(Leaf::Input(InputId::from_index(usize::MAX)))
+                }
             },
             PropertyLeaf::Net(_) | PropertyLeaf::Output(_) => *leaf,
         });
@@ -227,7 +232,8 @@ fn assumes_no_more(net: &Net, part: &PartNet) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Checks what several rounds in a reaction need: each part that owns a transition shows whether it moves, and nothing happens only once in a reaction.
+/// Checks what several rounds in a reaction need: each part that owns a transition shows whether it moves. Whether END waits for the
+/// last round is part of the state that is compared.
 fn ends_together(net: &Net, division: &Division) -> Result<(), Failed> {
     for (at, part) in division.parts.iter().enumerate() {
         let owns = division.owners.transitions.values().any(|owner| *owner == at);
@@ -236,16 +242,10 @@ fn ends_together(net: &Net, division: &Division) -> Result<(), Failed> {
             return Err(Failed::Apart(Apart { what, when: "no output shows them".to_owned() }));
         }
     }
-    let is_continuous = |output: &Output| matches!(&output.driver, Driver::Extern { calls, .. } if !calls.is_empty());
-    let once = !net.actions.is_empty()
-        || !net.timers.is_empty()
-        || net.steps.values().any(|step| !step.tasks.is_empty() || !step.code.is_empty())
-        || net.inputs.values().any(|input| input.kind == InputKind::Extern)
-        || net.outputs.values().any(is_continuous);
-    if once {
-        return Err(Failed::Open(
-            "actions, timers, tasks, extern conditions and continuous calls run once per reaction, but a reaction takes several rounds".to_owned(),
-        ));
+    if net.steps.values().any(|step| !step.code.is_empty()) {
+        let reason =
+            "the text of a step runs once per reaction, but a reaction takes several rounds";
+        return Err(Failed::Open(reason.to_owned()));
     }
     Ok(())
 }
@@ -256,6 +256,8 @@ struct Fires<'a> {
     each: &'a [Lit],
     /// The transitions that the part owns.
     own: Vec<TransitionId>,
+    /// The transitions that decide whether the part is told that another round follows.
+    moving: Vec<TransitionId>,
 }
 
 impl Fires<'_> {
@@ -318,7 +320,7 @@ impl Proof<'_> {
         let whole = &self.model.maker.shape;
         // 1. The reset.
         let own = maker.reset()?;
-        let none = Fires { each: &[], own: Vec::new() };
+        let none = Fires { each: &[], own: Vec::new(), moving: Vec::new() };
         let of_reset = Wanted { net, whole, of: reset, fires: &none };
         let mut pairs = of_reset.pairs(maker, part, &own, true)?;
         // 2. The wires do not depend on wires.
@@ -326,8 +328,13 @@ impl Proof<'_> {
         let mut own_inputs = independent(maker, net, part, &given, inputs)?;
         // 3. The reaction, if each wire shows whether its transition fires.
         for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
-            if let Source::Wire(signal) = source {
-                *value = Value::Flag(fires.shows(*signal)?);
+            match source {
+                Source::Input(_) => {}
+                Source::Wire(signal) => *value = Value::Flag(fires.shows(*signal)?),
+                Source::More => {
+                    let moving = fires.moving.iter().map(|id| fires.of(*id));
+                    *value = Value::Flag(maker.aig.or_all(moving));
+                }
             }
         }
         // The lists run under what fires in the net, which makes most functions equal by construction; that the part decides the same is shown for each transition.
@@ -392,7 +399,7 @@ fn independent(
     for source in part.inputs.values() {
         own.values.push(match source {
             Source::Input(id) => inputs.values[id.index()].clone(),
-            Source::Wire(_) => {
+            Source::Wire(_) | Source::More => {
                 let lit = maker.aig.variable();
                 free.push(lit);
                 Value::Flag(lit)
@@ -595,7 +602,7 @@ fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
         Origin::ActionTimer(id, timer) => Origin::ActionTimer(part.actions[id], timer),
         Origin::Pending(id) => match part.inputs[id] {
             Source::Input(old) => Origin::Pending(old),
-            Source::Wire(_) => return None,
+            Source::Wire(_) | Source::More => return None,
         },
         _ => return None,
     };

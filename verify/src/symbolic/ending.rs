@@ -20,7 +20,8 @@ impl Maker<'_> {
         let mut fell = Vec::new();
         let mut runs = Vec::new();
         for (id, _) in net.actions.iter() {
-            let stopped = self.action_has_ended(state, id);
+            let ended = self.action_has_ended(state, id);
+            let stopped = self.aig.or(ended, self.waits);
             let before =
                 (stopped != Lit::FALSE).then(|| (state.latches.clone(), state.times.clone()));
             let mut q = self.action_control(state, id);
@@ -48,7 +49,8 @@ impl Maker<'_> {
             self.block(state, runs[id.index()], &action.body);
         }
         self.tasks(state);
-        let stopped = self.everything_has_ended(state);
+        let ended = self.everything_has_ended(state);
+        let stopped = self.aig.or(ended, self.waits);
         for (id, timer) in net.timers.iter() {
             let holds = self.flag(state, &timer.condition);
             state.held[id.index()] = self.aig.ite(stopped, state.held[id.index()], holds);
@@ -59,6 +61,18 @@ impl Maker<'_> {
             }
         }
         self.check_size()
+    }
+
+    /// Decides whether END waits for a later round (semantics §10.2), from what fires in this one.
+    pub(super) fn decide_waiting(&mut self, state: &State) {
+        let net = self.net;
+        self.waits = Lit::FALSE;
+        let Some(ending) = &net.ending else { return };
+        let mut ways = vec![self.flag(state, &ending.waits)];
+        if ending.is_quiet {
+            ways.extend(self.fired.first().into_iter().flatten());
+        }
+        self.waits = self.aig.or_all(ways);
     }
 
     /// ACTION_CONTROL of one action (semantics §3.5).
@@ -172,7 +186,7 @@ impl Maker<'_> {
                 at
             };
             let ended = self.part_has_ended(state, step.part);
-            let active = self.aig.and(state.active[id.index()], !ended);
+            let active = self.aig.and_all([state.active[id.index()], !ended, !self.waits]);
             let locks: Vec<Lit> = (step.locks.iter())
                 .map(|lock| match state.vars[lock.index()].first() {
                     Some(Value::Flag(held)) => *held,
@@ -261,11 +275,11 @@ impl Maker<'_> {
         }
         if calls.first().is_some_and(|first| first.arguments.is_empty()) {
             let any = self.aig.or_all(asks);
-            let when = self.aig.and(any, !emergency);
+            let when = self.aig.and_all([any, !emergency, !self.waits]);
             self.called.push(Call { output, when, arguments: Vec::new() });
             return;
         }
-        let mut free = !emergency;
+        let mut free = self.aig.and(!emergency, !self.waits);
         for (call, asks) in calls.into_iter().zip(asks) {
             let when = self.aig.and(free, asks);
             let call = self.call(state, when, output, &call.arguments);
@@ -279,7 +293,10 @@ impl Maker<'_> {
         let mut ways = Vec::new();
         for emission in emissions {
             let ended = self.part_has_ended(state, self.net.steps[emission.step].part);
-            let value = self.emitted(state, std::slice::from_ref(emission));
+            let mut value = self.emitted(state, std::slice::from_ref(emission));
+            if emission.condition.as_ref().is_some_and(|condition| self.net.asks(condition)) {
+                value = self.aig.and(value, !self.waits);
+            }
             ways.push(self.aig.and(value, !ended));
         }
         for ((own, chart), kept) in &state.kept {

@@ -83,6 +83,8 @@ pub(crate) struct Maker<'n> {
     pub(super) free: Vec<Lit>,
     /// The forced charts; a chart comes after those that force it.
     pub(super) forced: Vec<ForcedChart>,
+    /// True if END waits for a later round; false in every net except parts of a split.
+    pub(super) waits: Lit,
     /// The calls of lists, bodies and tasks in the last reaction, in their order.
     pub(in crate::symbolic) calls: Vec<Call>,
     /// All calls of the last reaction, in their order.
@@ -140,6 +142,7 @@ impl<'n> Maker<'n> {
             decided: Vec::new(),
             free: Vec::new(),
             forced: forced_charts(net)?,
+            waits: Lit::FALSE,
             calls: Vec::new(),
             called: Vec::new(),
             frozen: None,
@@ -282,6 +285,7 @@ impl<'n> Maker<'n> {
         self.events.fill(Lit::FALSE);
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
+        self.decide_waiting(&state);
         self.end(&mut state)?;
         for (edge, operand) in self.net.edges.iter() {
             if self.over_inputs[edge.index()] {
@@ -310,6 +314,7 @@ impl<'n> Maker<'n> {
         self.rise.fill(Lit::FALSE);
         self.fall.fill(Lit::FALSE);
         self.fired.clear();
+        self.waits = Lit::FALSE;
         if self.statechart.is_some() {
             self.reset_statechart(&mut state)?;
             return self.end_of_statechart(state);

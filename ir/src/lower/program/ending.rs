@@ -60,7 +60,9 @@ impl Builder<'_> {
             let is_forced = net.emergency.is_some()
                 && net.outputs.values().any(|output| output.driver == Driver::Controlled(id));
             let statechart = net.settings.policy.is_statechart();
-            if self.needs.controlled[id] || has_final_scan || statechart || is_forced {
+            // In a round without END, it is the Q of an earlier one.
+            let is_kept = net.ending.is_some();
+            if self.needs.controlled[id] || has_final_scan || statechart || is_forced || is_kept {
                 let q = self.new_cell(action.name.text.clone(), Type::Bool, Origin::ActionQ(id));
                 self.action_q[id] = Some(q);
             }
@@ -154,15 +156,31 @@ impl Builder<'_> {
 
     /// END of §3.9: E1 to E4. Nothing is executed for charts that have ended [C20].
     pub(super) fn end(&mut self, mealy: Mealy, out: &mut Vec<Stmt>) {
-        let q = self.controlled_actions(out);
-        self.tasks(out);
-        self.free_timers(out);
+        let mut last = Vec::new();
+        let q = self.controlled_actions(&mut last);
+        self.tasks(&mut last);
+        self.free_timers(&mut last);
+        when(self.is_last(), last, out);
         let mealy = if self.reset { self.mealy_outputs(out) } else { mealy };
         self.outputs(&mealy, &q, out);
         for (step, data) in self.net.steps.iter() {
             let texts = data.code.iter().cloned().map(Stmt::Code).collect();
             when(self.is_active(step), texts, out);
         }
+    }
+
+    /// Notes whether something fires, before the situation changes, if END waits for a round in which nothing does (§10.2).
+    pub(super) fn note_waiting(&mut self, fire: &IdMap<Transition, Expr>, out: &mut Vec<Stmt>) {
+        let Some(ending) = &self.net.ending else { return };
+        let own = fire.values().filter(|_| ending.is_quiet).cloned();
+        let waits = Expr::or([self.read(&ending.waits)].into_iter().chain(own));
+        self.now.waits = Some(self.named("waits", TempRole::Helper, waits, out));
+    }
+
+    /// False in a round whose END waits for a later one. The END of a reset never waits.
+    fn is_last(&self) -> Expr {
+        let waits = self.now.waits.clone().filter(|_| !self.reset);
+        waits.map_or_else(|| Expr::bool(true), |waits| simplify(&waits.not()))
     }
 
     /// True if all charts that use the action have ended; `None` if this is impossible.
@@ -471,7 +489,8 @@ impl Builder<'_> {
                     }
                     let kept = held.iter().map(|(_, held)| cell(*held));
                     let value = Expr::or([self.emitted(emissions)].into_iter().chain(kept));
-                    out.push(Stmt::Output(id, force(simplify(&value), output)));
+                    let value = self.silent_unless_last(id, emissions, simplify(&value), out);
+                    out.push(Stmt::Output(id, force(value, output)));
                 }
                 Driver::Mealy(_) | Driver::Fires(_) => {
                     out.push(Stmt::Output(
@@ -489,10 +508,32 @@ impl Builder<'_> {
                     let mut list = Vec::new();
                     self.continuous_call(id, calls, &mut list);
                     let calls = emergency.clone().map_or_else(|| Expr::bool(true), Expr::not);
-                    when(calls, list, out);
+                    when(Expr::and([calls, self.is_last()]), list, out);
                 }
             }
         }
+    }
+
+    /// The value of a continuous output, without the emissions that call a function if END waits: such a round calls no function.
+    fn silent_unless_last(
+        &mut self,
+        id: OutputId,
+        emissions: &[Emission],
+        value: Expr,
+        out: &mut Vec<Stmt>,
+    ) -> Expr {
+        let net = self.net;
+        let last = self.is_last();
+        let asks = |one: &&Emission| one.condition.iter().any(|it| net.asks(it));
+        let asking = Expr::or(emissions.iter().filter(asks).map(|one| self.is_active(one.step)));
+        if last.is_true() || asking.is_false() {
+            return value;
+        }
+        let silent = simplify(&self.emitted(emissions.iter().filter(|one| !asks(one))));
+        let shown = self.new_temp(net.outputs[id].name.text.clone(), Type::Bool, TempRole::Helper);
+        let called = simplify(&Expr::and([last, asking]));
+        out.push(Stmt::If(called, vec![Stmt::Set(shown, value)], vec![Stmt::Set(shown, silent)]));
+        temp(shown)
     }
 
     /// Whether the emergency condition is true in the current state; `None` in a net without an emergency.

@@ -22,6 +22,7 @@ impl Builder<'_> {
                 let mut fire = self.check(&mut out);
                 let changes = self.change(&mut fire, &mut out);
                 self.shown_firings(&fire, &mut mealy, &mut out);
+                self.note_waiting(&fire, &mut out);
                 self.fire(&fire, &changes, &mut out);
                 self.renew_edges(&mut out);
             }

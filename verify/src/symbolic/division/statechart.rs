@@ -140,6 +140,10 @@ impl Proof<'_> {
         for source in part.inputs.values() {
             own.values.push(match source {
                 Source::Input(id) => inputs.values[id.index()].clone(),
+                Source::More => {
+                    let reason = "a chip waits for another round, but a statechart has none";
+                    return Err(Failed::Open(reason.to_owned()));
+                }
                 Source::Wire(signal) => match wires.get(signal) {
                     Some(lit) => Value::Flag(*lit),
                     None => {
