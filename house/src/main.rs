@@ -49,10 +49,10 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
-    ("code lines of c and backend-c", 29_370),
-    ("code lines of ir", 20_970),
-    ("code lines of driver", 14_030),
-    ("code lines of all crates", 190_110),
+    ("code lines of c and backend-c", 29_410),
+    ("code lines of ir", 21_090),
+    ("code lines of driver", 14_050),
+    ("code lines of all crates", 190_500),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),

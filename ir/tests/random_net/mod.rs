@@ -394,6 +394,7 @@ pub(crate) fn net(seed: u64) -> Net {
             span: Span::default(),
         }),
         emergency: r.maybe(|r| Emergency { condition: net_expr(r), meta: meta(r) }),
+        ending: r.maybe(|r| Ending { waits: net_expr(r), is_quiet: r.flip() }),
         properties: r.many(3, |r| Property {
             name: r.pick(NAMES).to_owned(),
             role: r.pick(&[PropertyRole::Assume, PropertyRole::Assert]),
