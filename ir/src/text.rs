@@ -126,6 +126,7 @@ const RESERVED: &[&str] = &[
     "edge",
     "else",
     "emergency",
+    "ending",
     "fall",
     "false",
     "force",
