@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 const TRACK: i64 = 14;
 /// The height of a channel without horizontal lines.
 const CHANNEL: i64 = 14;
+/// The length of a link that leads up for each of its arrows, so that a part of it on a page or screen has one.
+const ARROWS: i64 = 600;
 /// Vertical lines that are nearer than this do not share a height.
 const NEAR: i64 = 8;
 /// How far a double line extends beyond its links.
@@ -361,13 +363,8 @@ impl Routes<'_> {
             placed.lines.push([vertical.x, top, vertical.x, bottom]);
             placed.owners.push(vertical.owner);
             if vertical.leads_up {
-                // In the middle of a row, where no horizontal line is.
-                let middle = top + (bottom - top) / 2;
-                let row = row_tops.partition_point(|row| *row <= middle).saturating_sub(1);
-                let at = row_tops.iter().skip(row).take(2).copied();
-                let at = at.filter(|y| y - 6 > top && y + 6 < bottom);
-                let at = at.min_by_key(|y| (y - middle).abs()).unwrap_or(middle);
-                placed.arrows.push((vertical.x, at));
+                let all = arrows(top, bottom, &row_tops).into_iter();
+                placed.arrows.extend(all.map(|at| (vertical.x, at)));
             }
             let first = channel_tops.partition_point(|y| *y <= top).saturating_sub(1);
             let last = channel_tops.partition_point(|y| *y < bottom);
@@ -420,6 +417,21 @@ impl Routes<'_> {
             }
         }
     }
+}
+
+/// The heights of the arrows on a vertical line, each where a row begins, if possible: no horizontal line is there.
+fn arrows(top: i64, bottom: i64, row_tops: &[i64]) -> Vec<i64> {
+    let n = 1 + (bottom - top) / ARROWS;
+    let near_row = |number: i64| {
+        let middle = top + (bottom - top) * (2 * number + 1) / (2 * n);
+        let row = row_tops.partition_point(|row| *row <= middle).saturating_sub(1);
+        let at = row_tops.iter().skip(row).take(2).copied();
+        let at = at.filter(|y| y - 6 > top && y + 6 < bottom);
+        at.min_by_key(|y| (y - middle).abs()).unwrap_or(middle)
+    };
+    let mut all: Vec<i64> = (0..n).map(near_row).collect();
+    all.dedup();
+    all
 }
 
 /// Assigns a track to each line of a channel. Returns the lines from above that need a detour, because the order of the tracks would be cyclic:

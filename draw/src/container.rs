@@ -330,18 +330,32 @@ impl Builder<'_> {
                 }
                 _ => None,
             };
-            cells.push(layers::Cell { width: cell.look.width, x: 0, fixed });
+            let is_link = matches!(cell.what, What::Label(_) | What::Lane);
+            cells.push(layers::Cell { width: cell.look.width, x: 0, fixed, after: None, is_link });
         }
-        let offset =
-            |link: &Link, end: End| self.fixed(link.edge, end).unwrap_or(self.middle(end.cell));
+        for turn in self.links.windows(3).filter(|turn| turn[1].ends[1].side == Side::Bottom) {
+            if turn[0].ends[0].cell == turn[2].ends[0].cell {
+                let [label, lane] = turn[1].ends;
+                cells[lane.cell].after = Some(label.cell);
+            }
+        }
         let mut spans = Vec::new();
-        for link in self.links.iter().filter(|link| link.ends[1].side == Side::Top) {
+        for (index, link) in self.links.iter().enumerate() {
             let [upper, lower] = link.ends;
+            if lower.side == Side::Bottom {
+                continue;
+            }
             let both = [upper, lower].map(|end| matches!(self.cells[end.cell].what, What::Lane));
+            let beside = self.beside(index);
+            let fixed = self.fixed(link.edge, upper);
+            let is_turn_at_port = fixed.is_some() && self.other_of_turn(index).is_some();
             spans.push(Span {
-                upper: (upper.cell, offset(link, upper)),
-                lower: (lower.cell, offset(link, lower)),
-                weight: if both == [true, true] { 4 } else { 1 },
+                upper: (upper.cell, fixed.or(beside).unwrap_or(self.middle(upper.cell))),
+                lower: (
+                    lower.cell,
+                    self.fixed(link.edge, lower).unwrap_or(self.middle(lower.cell)),
+                ),
+                weight: if both == [true, true] || is_turn_at_port { 4 } else { 1 },
             });
         }
         layers::place(&mut cells, &mut self.layers, &spans);
@@ -354,6 +368,27 @@ impl Builder<'_> {
             }
         }
         self.set_columns();
+    }
+
+    /// Of the two links of a turn that lead down from cells, the other one.
+    fn other_of_turn(&self, index: usize) -> Option<&Link> {
+        let is_turn = |middle: usize| {
+            self.links.get(middle).is_some_and(|link| link.ends[1].side == Side::Bottom)
+        };
+        match index.checked_sub(1) {
+            Some(before) if is_turn(before) => self.links.get(index.checked_sub(2)?),
+            _ if is_turn(index + 1) => self.links.get(index + 2),
+            _ => None,
+        }
+    }
+
+    /// The column for the free end of a turn from a cell to itself whose other end is fixed: the label is to the left of the lane.
+    fn beside(&self, index: usize) -> Option<i64> {
+        let (own, other) = (&self.links[index], self.other_of_turn(index)?);
+        let column = self.fixed(other.edge, other.ends[0])?;
+        let is_to = own.ends[0].own == Some(false);
+        let is_same = own.ends[0].cell == other.ends[0].cell;
+        is_same.then_some(if is_to { column + PITCH } else { column - PITCH })
     }
 
     fn middle(&self, cell: usize) -> i64 {
@@ -388,11 +423,16 @@ impl Builder<'_> {
             // Links meet a circle at every second pitch.
             let step: i64 = if self.cells[cell].look.radius.is_some() { 2 } else { 1 };
             let middle = left + width / 2;
+            let used = used.entry((cell, side)).or_default();
+            // A link that is alone on its side of a circle is in the middle.
+            if step == 2 && used.is_empty() && wishes.len() == 1 {
+                self.links[wishes[0].link].columns[wishes[0].place] = middle;
+                continue;
+            }
             // From the corners to the middle, so that the outermost links are at the corners.
             wishes.sort_unstable();
             let n_left = wishes.iter().filter(|wish| wish.x < middle).count();
             let right = wishes.split_off(n_left);
-            let used = used.entry((cell, side)).or_default();
             for Wish { x: wish, link, place } in wishes.into_iter().chain(right.into_iter().rev()) {
                 let slots =
                     (step..width / PITCH).filter(|n| n % step == 0).map(|n| left + n * PITCH);

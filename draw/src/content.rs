@@ -38,6 +38,8 @@ pub(crate) struct Content {
     pub(crate) style: Style,
     /// The explanations of colours and letters, each with its colour, if it has one.
     pub(crate) legend: Vec<(Option<Pen>, String)>,
+    /// The width of a page, if the drawing is for pages.
+    pub(crate) room: Option<i64>,
 }
 
 /// Collects the content of the design or of one chart, with conditions in the words of the chart language or in the signs of the style.
@@ -77,7 +79,7 @@ pub(crate) fn content(design: &Design, charts: &[&Chart], style: Style, words: b
         foreign.retain(|it| !it.is_in_text());
         foreign.insert(Foreign::Words);
     }
-    Content { scopes, foreign, style, legend: Vec::new() }
+    Content { scopes, foreign, style, legend: Vec::new(), room: None }
 }
 
 /// The outputs with a qualifier that stores or gives a pulse, and the actions (semantics §3.5); `None` for all, if the chart declares `actions iec`.

@@ -1,6 +1,7 @@
 //! The places of cells in layers: their order, with few crossings, and their columns, with straight links.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 /// The distance between the cells of a layer.
 pub(crate) const GAP: i64 = 24;
@@ -20,6 +21,10 @@ pub(crate) struct Cell {
     pub(crate) x: i64,
     /// The place in a layer whose order is given.
     pub(crate) fixed: Option<usize>,
+    /// The cell that is always directly to the left.
+    pub(crate) after: Option<usize>,
+    /// True for a part of a link.
+    pub(crate) is_link: bool,
 }
 
 /// A link between cells of neighbouring layers, with the column of each end from the left side of its cell.
@@ -91,6 +96,18 @@ fn sort(cells: &[Cell], layers: &mut [Vec<usize>], index: usize, spans: &[Span],
         let wish = sums.get(cell).map_or(own[cell], |(sum, n)| sum / n);
         (cells[*cell].fixed.unwrap_or(usize::MAX), wish)
     });
+    follow(cells, &mut layers[index]);
+}
+
+/// Puts cells directly to the right of those that they are always beside.
+fn follow(cells: &[Cell], layer: &mut Vec<usize>) {
+    let mut followers: BTreeMap<usize, usize> = BTreeMap::new();
+    for cell in layer.iter() {
+        followers.extend(cells[*cell].after.map(|before| (before, *cell)));
+    }
+    layer.retain(|cell| cells[*cell].after.is_none());
+    let all = layer.iter().flat_map(|cell| [Some(*cell), followers.get(cell).copied()]);
+    *layer = all.flatten().collect();
 }
 
 /// The left sides of the cells of a layer that is packed to the left.
@@ -147,8 +164,59 @@ fn columns(cells: &mut [Cell], layers: &[Vec<usize>], above: &[Vec<Span>]) {
     for index in (1..n).rev() {
         straighten(cells, &layers[index - 1], &above[index], false);
     }
+    align(cells, layers, above);
 }
 
+/// Moves parts of links that pass several layers to the column of the part above or below, where there is room.
+fn align(cells: &mut [Cell], layers: &[Vec<usize>], above: &[Vec<Span>]) {
+    let mut sides: Vec<(Option<usize>, Option<usize>)> = vec![(None, None); cells.len()];
+    for layer in layers {
+        for pair in layer.windows(2) {
+            (sides[pair[0]].1, sides[pair[1]].0) = (Some(pair[1]), Some(pair[0]));
+        }
+    }
+    for chain in chains(cells, above) {
+        let column = |cells: &[Cell], place: usize| cells[chain[place].0].x + chain[place].1;
+        let mut place = 1;
+        while place < chain.len() {
+            let (upper, lower) = (column(cells, place - 1), column(cells, place));
+            let start = { 0..place }.rev().take_while(|it| column(cells, *it) == upper).last();
+            let end = { place..chain.len() }.take_while(|it| column(cells, *it) == lower).last();
+            let runs =
+                [(start.unwrap_or(0)..=place - 1, lower), (place..=end.unwrap_or(place), upper)];
+            let has_room = |run: &(RangeInclusive<usize>, i64)| {
+                chain[run.0.clone()].iter().all(|&(cell, offset)| {
+                    let (before, after) = sides[cell];
+                    let left = run.1 - offset;
+                    before.is_none_or(|it| cells[it].x + cells[it].width + GAP <= left)
+                        && after.is_none_or(|it| left + cells[cell].width + GAP <= cells[it].x)
+                })
+            };
+            if upper != lower
+                && let Some((run, x)) = runs.into_iter().find(has_room)
+            {
+                chain[run].iter().for_each(|(cell, offset)| cells[*cell].x = x - offset);
+            }
+            place += 1;
+        }
+    }
+}
+
+/// The parts of each link from top to bottom, with the columns in them.
+fn chains(cells: &[Cell], above: &[Vec<Span>]) -> Vec<Vec<(usize, i64)>> {
+    let mut of_cell: BTreeMap<usize, usize> = BTreeMap::new();
+    let mut chains: Vec<Vec<(usize, i64)>> = Vec::new();
+    for span in above.iter().flatten().filter(|span| cells[span.lower.0].is_link) {
+        let known = of_cell.get(&span.upper.0).copied();
+        let chain = known.unwrap_or_else(|| {
+            chains.push(if cells[span.upper.0].is_link { vec![span.upper] } else { Vec::new() });
+            chains.len() - 1
+        });
+        chains[chain].push(span.lower);
+        of_cell.insert(span.lower.0, chain);
+    }
+    chains
+}
 /// Moves the cells of a layer towards the neighbours above, below or on both sides.
 fn pull(
     cells: &mut [Cell],

@@ -98,6 +98,8 @@ pub struct Options<'a> {
     pub parts: &'a [Part],
     /// How often steps were active and transitions fired.
     pub counts: Option<&'a Counts>,
+    /// The paper for which the drawing is divided into [`pages`]: charts and expansions are beside each other only on the width of a page.
+    pub paper: Option<Paper>,
 }
 
 /// Why a design is not drawn.
@@ -163,6 +165,7 @@ fn collected(design: &Design, options: &Options<'_>) -> Result<content::Content,
     overlay::mark_active(&mut content, options.active)?;
     overlay::leave_blank(&mut content, options.blank);
     overlay::mark_parts(&mut content, options.parts);
+    content.room = options.paper.map(Paper::widest);
     if let Some(counts) = options.counts {
         overlay::mark_counts(&mut content, counts);
     }

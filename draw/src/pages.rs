@@ -32,6 +32,11 @@ impl Paper {
             Paper::Letter => (2159, 2794),
         }
     }
+
+    /// The width of a drawing at its full size on a page in landscape.
+    pub(crate) fn widest(self) -> i64 {
+        pixels(self.size().1) - 2 * MARGIN
+    }
 }
 
 /// One sheet of paper with its part of the drawing.

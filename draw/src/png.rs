@@ -220,7 +220,7 @@ impl Brush {
         self.canvas.fill(&[outline(round + half), inner], stroke.colour);
     }
 
-    /// A text, stretched to its width.
+    /// A text, stretched to its width; a heading has its letters further apart instead.
     fn text(&mut self, (x, y): (i64, i64), text: &str, width: i64, font: Font) {
         let mut glyphs = Vec::new();
         for c in text.chars() {
@@ -236,9 +236,11 @@ impl Brush {
         let mut along = 0;
         for glyph in glyphs {
             let contours = self.face.contours(glyph);
+            let from = along * wide / natural.max(1);
+            let (own, of) = if font == Font::Heading { (high, UNITS) } else { (wide, natural) };
             let placed = |shift: i64| {
                 let at = move |(gx, gy): &Point| {
-                    let gx = (along + shift + gx) * wide / natural.max(1);
+                    let gx = from + (shift + gx) * own / of.max(1);
                     (start.0 + gx, start.1 - gy * high / UNITS)
                 };
                 contours.iter().map(move |contour| contour.iter().map(at).collect::<Vec<Point>>())

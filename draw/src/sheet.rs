@@ -26,7 +26,7 @@ pub(crate) fn framed(content: &Content, title: &str) -> Picture {
     let mut frame = Picture::default();
     let wide = frame.heading((MARGIN, MARGIN + 12), title);
     frame.width = MARGIN + wide;
-    frame.put(flow(charts(content)), MARGIN, MARGIN + 24);
+    frame.put(flow(charts(content), content.room), MARGIN, MARGIN + 24);
     (frame.width, frame.height) = (frame.width + MARGIN, frame.height + MARGIN);
     let (width, height) = (frame.width, frame.height);
     let shape = Shape::Rect { x: 0, y: 0, width, height, pen: Pen::Frame };
@@ -36,13 +36,13 @@ pub(crate) fn framed(content: &Content, title: &str) -> Picture {
 
 fn charts(content: &Content) -> Vec<Picture> {
     let is_single = content.scopes.len() == 1;
-    content.scopes.iter().map(|scope| draw_scope(scope, !is_single)).collect()
+    content.scopes.iter().map(|scope| draw_scope(scope, !is_single, content.room)).collect()
 }
 
 /// The parts on one sheet, with the explanations below.
 pub(crate) fn sheet(parts: Vec<Picture>, content: &Content, title: String) -> Picture {
     let mut sheet = Picture { title, ..Picture::default() };
-    sheet.put(flow(parts), MARGIN, MARGIN);
+    sheet.put(flow(parts, content.room.map(|room| room - 2 * MARGIN)), MARGIN, MARGIN);
     let style = content.style;
     let mut legend = content.legend.clone();
     let foreign = content.foreign.iter().filter(|it| it.is_missing_in(style));
@@ -74,13 +74,14 @@ pub(crate) fn sheet(parts: Vec<Picture>, content: &Content, title: String) -> Pi
 }
 
 /// A chart or an expansion, with its heading and perhaps a frame.
-fn draw_scope(scope: &Scope, framed: bool) -> Picture {
+fn draw_scope(scope: &Scope, framed: bool, room: Option<i64>) -> Picture {
+    let margin = if framed { MARGIN } else { 0 };
+    let room = room.map(|room| room - 2 * margin);
     let mut parts = components(scope);
     parts.extend(scope.states.as_ref().map(nest::draw));
-    parts.extend(scope.inner.iter().map(|inner| draw_scope(inner, true)));
-    let body = flow(parts);
+    parts.extend(scope.inner.iter().map(|inner| draw_scope(inner, true, room)));
+    let body = flow(parts, room);
     let mut picture = Picture::default();
-    let margin = if framed { MARGIN } else { 0 };
     let mut y = margin + 12;
     let mut widest = picture.heading((margin, y), &scope.heading);
     let small = Font::Small;
@@ -196,11 +197,11 @@ fn assemble(placed: Placed, symbols: Vec<Picture>, names: &[Option<&str>]) -> Pi
     picture
 }
 
-/// Puts parts beside each other, and below if a row is full.
-fn flow(parts: Vec<Picture>) -> Picture {
+/// Puts parts beside each other, and below if a row is full: on paper, if it is wider than a page.
+fn flow(parts: Vec<Picture>, room: Option<i64>) -> Picture {
     let area: i64 = parts.iter().map(|part| (part.width + GAP) * (part.height + GAP)).sum();
     let widest = parts.iter().map(|part| part.width).max().unwrap_or(0);
-    let most = WIDTH.max(widest).max(area.max(0).isqrt() * 3 / 2);
+    let most = room.unwrap_or(WIDTH.max(widest).max(area.max(0).isqrt() * 3 / 2));
     let mut whole = Picture::default();
     let (mut x, mut y, mut high) = (0, 0, 0);
     for part in parts {

@@ -153,12 +153,16 @@ fn letters_fill_the_width_of_their_text() {
     let (_, top, _, bottom) = image(&text("Äg", 16, Font::Normal), 8).bounds().expect("ink");
     assert!((236..244).contains(&top) && (336..345).contains(&bottom), "{top} {bottom}");
     // Headings are bold, comments are gray.
-    let ink = |font| -> u64 {
-        let image = image(&text("lilt", 20, font), 4);
+    let ink = |font, width| -> u64 {
+        let image = image(&text("lilt", width, font), 4);
         image.pixels.iter().map(|it| u64::from(255 - it[0])).sum()
     };
-    assert!(ink(Font::Heading) * 10 > ink(Font::Normal) * 14, "bold");
-    assert!(ink(Font::Small) < ink(Font::Normal), "gray");
+    let (bold, thin) = (ink(Font::Heading, 15), ink(Font::Normal, 12));
+    assert!(bold * 10 > thin * 18, "bold: {bold} {thin}");
+    assert!(ink(Font::Small, 12) < ink(Font::Normal, 12), "gray");
+    // Letters of a heading are further apart, but not wider.
+    let (near, far) = (ink(Font::Heading, 16), ink(Font::Heading, 26));
+    assert!(near.abs_diff(far) * 20 < near, "spread: {near} {far}");
     // Nothing is drawn for a space.
     assert_eq!(image(&text(" ", 9, Font::Normal), 2).bounds(), None);
 }

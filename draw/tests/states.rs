@@ -11,10 +11,12 @@ use grafsynth_ir::{FileId, Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-/// The contents of a statechart: each state with its kind, and everything else as a canonical text.
+/// The contents of a statechart: each state with its kind and activities, and everything else as a canonical text.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Meaning {
     states: BTreeMap<Vec<String>, String>,
+    /// What a state does and its reactions without a target, in their order.
+    activities: BTreeMap<Vec<String>, Vec<String>>,
     facts: Vec<String>,
 }
 
@@ -22,6 +24,10 @@ impl Meaning {
     fn fact(&mut self, text: String) {
         self.facts.push(text);
         self.facts.sort();
+    }
+
+    fn activity(&mut self, state: Vec<String>, text: String) {
+        self.activities.entry(state).or_default().push(text);
     }
 }
 
@@ -59,6 +65,7 @@ fn meaning(chart: &Chart) -> Meaning {
     }
     let mut out = Meaning::default();
     items(&chart.items, &[], &known, &mut out);
+    reactions(&chart.items, &[], &known, &mut out);
     if chart.initial.is_empty() {
         default_child(&chart.items, &[], &mut out);
     } else {
@@ -117,7 +124,7 @@ fn items(all: &[Item], scope: &[String], known: &[Known], out: &mut Meaning) {
                 let one = as_state(item).expect("it is one");
                 state(&one, scope, known, out);
             }
-            Item::Transition(one) => {
+            Item::Transition(one) if !is_reaction(one) => {
                 let full = |ends: &[Path]| {
                     let all = ends.iter().map(|end| as_path(&resolved(end, scope, known)));
                     let mut all: Vec<Path> = all.collect();
@@ -133,6 +140,30 @@ fn items(all: &[Item], scope: &[String], known: &[Known], out: &mut Meaning) {
                 let meta = Meta { span: Span::default(), ..one.meta.clone() };
                 let one = Transition { sources, targets, is_internal, meta, ..one.clone() };
                 out.fact(written(Item::Transition(one)));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// True for a transition that is drawn inside of its state, below the activities.
+fn is_reaction(transition: &Transition) -> bool {
+    transition.is_internal && transition.targets.is_empty() && transition.sources.len() == 1
+}
+
+/// Adds the transitions that are drawn inside of their states.
+fn reactions(all: &[Item], scope: &[String], known: &[Known], out: &mut Meaning) {
+    for item in all {
+        match item {
+            Item::State(state) => {
+                reactions(&state.items, &below(scope, &state.step.name), known, out);
+            }
+            Item::Transition(one) if is_reaction(one) => {
+                let path = resolved(&one.sources[0], scope, known);
+                let meta = Meta { span: Span::default(), ..one.meta.clone() };
+                let sources = vec![as_path(&path)];
+                let one = Transition { sources, meta, ..one.clone() };
+                out.activity(path, written(Item::Transition(one)));
             }
             _ => {}
         }
@@ -172,7 +203,7 @@ fn state(one: &State, scope: &[String], known: &[Known], out: &mut Meaning) {
                     is_internal,
                     ..Transition::default()
                 };
-                out.fact(written(Item::Transition(one)));
+                out.activity(path.clone(), written(Item::Transition(one)));
                 continue;
             }
             kind => kind,
@@ -180,7 +211,7 @@ fn state(one: &State, scope: &[String], known: &[Known], out: &mut Meaning) {
         let mut bare = State::default();
         bare.step.name = Name::new(path.join("_"), Span::default());
         bare.step.body = vec![grafsynth_ir::chart::StepItem { kind, span: Span::default() }];
-        out.fact(written(Item::State(bare)));
+        out.activity(path.clone(), written(Item::State(bare)));
     }
     for history in &one.histories {
         let full = below(&path, &history.name);
@@ -354,7 +385,7 @@ fn read(svg: &str) -> Result<Meaning, String> {
             if area.n_regions > 1 { format!("{} regions", area.n_regions) } else { "state".into() };
         let path = path(&areas, Some(index));
         for line in &area.lines {
-            out.fact(activity(&path, line)?);
+            out.activity(path.clone(), activity(&path, line)?);
         }
         let text = format!("{kind} {}", area.remarks).trim().to_owned();
         if out.states.insert(path, text).is_some() {
@@ -366,7 +397,7 @@ fn read(svg: &str) -> Result<Meaning, String> {
         let mut path = path(&areas, around(&areas, (circle.at.0, circle.at.1)));
         path.push(circle.name);
         for line in circle.lines {
-            out.fact(activity(&path, &line)?);
+            out.activity(path.clone(), activity(&path, &line)?);
         }
         if !circle.kind.is_empty() {
             let text = format!("{} {}", circle.kind, circle.remarks.trim());
@@ -558,6 +589,16 @@ struct Circle {
     lines: Vec<String>,
 }
 
+/// The rows of the lines that follow each other without a gap, and whose middle is at `y`.
+fn lines_around<'t>(texts: impl Iterator<Item = &'t Text>, y: i64) -> Vec<i64> {
+    let mut rows: Vec<i64> = texts.map(|text| text.y).collect();
+    rows.sort_unstable();
+    rows.dedup();
+    let blocks = rows.chunk_by(|above, below| below - above <= 15);
+    let is_meant = |block: &&[i64]| (block[0] - 12 - y + block[block.len() - 1] + 3 - y).abs() < 8;
+    { blocks }.find(is_meant).map(<[i64]>::to_vec).unwrap_or_default()
+}
+
 /// The circles with their texts.
 fn circles(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Circle>, String> {
     let mut all = Vec::new();
@@ -585,6 +626,8 @@ fn circles(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Circle>, String> 
             let boxes = drawing.boxes.iter().filter(|it| within(it, (text.x, text.y)));
             { boxes }.any(|it| !within(it, (x, y)))
         };
+        let is_column = |text: &Text| [left, left + 12].contains(&text.x) && !is_elsewhere(text);
+        let rows = lines_around(drawing.texts.iter().filter(|it| is_column(it)), y);
         for (index, text) in drawing.texts.iter().enumerate() {
             if (text.x - x).abs() < radius && (text.y - y).abs() < radius {
                 circle.kind = match text.text.as_str() {
@@ -592,10 +635,7 @@ fn circles(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Circle>, String> 
                     "H*" => "deep history",
                     _ => continue,
                 };
-            } else if [left, left + 12].contains(&text.x)
-                && (text.y - y).abs() < 60
-                && !is_elsewhere(text)
-            {
+            } else if is_column(text) && rows.contains(&text.y) {
                 if text.class == "s" {
                     circle.remarks = format!("{} {}", circle.remarks, text.text);
                 } else if circle.name.is_empty() {
@@ -859,6 +899,11 @@ fn difference(design: &Design, svg: &str) -> Option<String> {
             must.states.get(name)
         ));
     }
+    let mut all = is.activities.keys().chain(must.activities.keys());
+    if let Some(name) = all.find(|name| is.activities.get(*name) != must.activities.get(*name)) {
+        let (is, must) = (is.activities.get(name), must.activities.get(name));
+        return Some(format!("activities of {name:?}: {is:?}, not {must:?}"));
+    }
     let missing = must.facts.iter().find(|it| !is.facts.contains(it));
     let extra = is.facts.iter().find(|it| !must.facts.contains(it));
     (is.facts != must.facts).then(|| format!("missing {missing:?}\nextra {extra:?}"))
@@ -1010,7 +1055,7 @@ fn spoiled_drawings_of_statecharts_are_noticed() {
         let lines: Vec<&str> = svg.lines().collect();
         let harms = [missing(&lines), exchanged(&lines), other_ends(&lines)];
         for (harms, count) in harms.iter().zip(&mut counts) {
-            let every = usize::try_from(crate::read_back::rounds(61, 13)).expect("it is small");
+            let every = usize::try_from(crate::read_back::rounds(23, 13)).expect("it is small");
             for changes in harms.iter().skip(svg.len() % every).step_by(every) {
                 let mut other = lines.clone();
                 changes.iter().for_each(|(index, line)| other[*index] = line);

@@ -96,7 +96,7 @@ fn draw(session: &mut Session, arguments: &Draw) -> Result<(Option<Picture>, Exi
     let paper = paper(arguments, &output)?;
     let (design, found) = session.net(&arguments.input)?;
     session.show(&found);
-    let Some(picture) = picture(session, arguments, &design)? else {
+    let Some(picture) = picture(session, arguments, &design, paper)? else {
         return Ok((None, Exit::Errors));
     };
     let exit = match paper {
@@ -133,6 +133,7 @@ fn picture(
     session: &mut Session,
     arguments: &Draw,
     design: &NetDesign,
+    paper: Option<Paper>,
 ) -> Result<Option<Picture>, Stop> {
     let file = &arguments.input.file;
     let Some(chart) = &design.chart else {
@@ -154,7 +155,7 @@ fn picture(
         }
         None => None,
     };
-    let options = options(arguments, &parts, counts.as_ref());
+    let options = Options { paper, ..options(arguments, &parts, counts.as_ref()) };
     let drawn = match &arguments.frames {
         Some(path) => frames(chart, &options, &draw_overlays::trace_frames(session, net, path)?),
         None => layout(chart, &options),
@@ -179,6 +180,7 @@ fn options<'a>(arguments: &'a Draw, parts: &'a [Part], counts: Option<&'a Counts
         },
         parts,
         counts,
+        paper: None,
     }
 }
 

@@ -1,9 +1,25 @@
 //! A subset of SVG for drawings: elements with attributes, escaped text, one picture on a white background.
 //!
 //! All coordinates are whole pixels and every attribute is on its element, so that all viewers show the same picture. The font is monospaced,
-//! so the width of a text is known without the font.
+//! so the width of a text is known without the font. Viewers that prefer dark colours exchange them by [`DARK`].
 
 use grafsynth_ir::markup::escape;
+
+/// Each colour, and the one that is shown instead where the reader prefers dark pictures.
+const DARK: [(&str, &str); 12] = [
+    ("#ffffff", "#16181d"),
+    ("#f4f4f0", "#262a31"),
+    ("#222222", "#e8e8e8"),
+    ("#666666", "#b0b5bd"),
+    ("#c0392b", "#e5695c"),
+    ("#4d4d4d", "#a2a8b1"),
+    ("#8e44ad", "#bd7bd9"),
+    ("#7f6000", "#c7a136"),
+    ("#1f6fb2", "#5ba3e0"),
+    ("#1e8449", "#4fb57c"),
+    ("#5d7a8c", "#8eabbd"),
+    ("#b3b3b3", "#5b626c"),
+];
 
 /// A picture under construction.
 pub struct Svg {
@@ -147,8 +163,14 @@ impl Svg {
     #[must_use]
     pub fn finish(self) -> String {
         let Svg { width, height, title, body } = self;
+        let mut dark = String::new();
+        for (light, dark_one) in DARK {
+            for kind in ["fill", "stroke"] {
+                dark.push_str(&format!("[{kind}=\"{light}\"]{{{kind}:{dark_one}}}"));
+            }
+        }
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\">\n  <title>{title}</title>\n  <rect x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{body}</svg>\n"
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" role=\"img\" font-family=\"DejaVu Sans Mono, Menlo, Consolas, monospace\">\n  <title>{title}</title>\n  <style>@media (prefers-color-scheme:dark){{{dark}}}</style>\n  <rect x=\"0\" y=\"0\" width=\"{width}\" height=\"{height}\" fill=\"#ffffff\"/>\n{body}</svg>\n"
         )
     }
 }

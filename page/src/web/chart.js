@@ -120,11 +120,16 @@ function stepSigns(group) {
     box.classList.add("box");
     const [x, y, width, height] = ["x", "y", "width", "height"].map((name) => number(box, name));
     const isState = box.classList.contains("u");
-    const token = isState ? { cx: x + 11, cy: y + 11 } : { cx: x + width / 2, cy: y + height - 6 };
+    const token = isState ? { cx: x + 11, cy: y + 11 } : { cx: x + width / 2, cy: y + height - 9 };
     const at = isState ? { x: x + width - 6, y: y - 4 } : { x: x - 5, y: y + height - 4 };
     const time = shape("text", { class: "time", ...at }, "");
     const stop = shape("path", { class: "stop", d: `M${x - 3} ${y - 6}h6l4 4v6l-4 4h-6l-4 -4v-6z` });
-    group.append(shape("circle", { class: "token", ...token, r: 3.5 }), time, stop);
+    const isWithin = (at, from, length) => from < at && at < from + length;
+    for (const text of isState ? [] : group.querySelectorAll("text")) {
+        // An active step has its name higher, so that the token does not touch it.
+        if (isWithin(number(text, "x"), x, width) && isWithin(number(text, "y"), y, height)) text.classList.add("name");
+    }
+    group.append(shape("circle", { class: "token", ...token, r: isState ? 3.5 : 3 }), time, stop);
     return { time };
 }
 

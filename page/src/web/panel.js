@@ -115,7 +115,7 @@ function drawInputs() {
         const value = panel[input.id];
         if (input.type) {
             // What is being typed stays.
-            if (document.activeElement !== control && Number(control.value) !== value) control.value = value;
+            if (document.activeElement !== control && control.value !== String(value)) control.value = value;
             continue;
         }
         if (!isNew(control, value)) continue;
