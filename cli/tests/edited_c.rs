@@ -232,3 +232,22 @@ fn a_pointer_to_another_address_space_is_not_proved() {
         assert_eq!(exit == Some(0), is_proved, "{to}: {said}");
     }
 }
+
+/// Of the files of an engine, only the C of the chart can be compared with the chart.
+#[test]
+fn another_file_of_the_c_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("press.graf"), PRESS).expect("a chart");
+    run(
+        folder.path(),
+        &["build", "press.graf", "-t", "c-program", "-o", "out", "--no-proof", "--allow", "tested"],
+    );
+    for (file, why) in [
+        ("out/grafsynth_program.c", "is the engine, which is the same for all charts"),
+        ("out/press_tables.c", "out/press_tables.c has the tables of out/press.c: give that file"),
+    ] {
+        let (code, text) = run(folder.path(), &["compare", "press.graf", file]);
+        assert_eq!(code, Some(1), "{text}");
+        assert!(text.contains(why), "{text}");
+    }
+}

@@ -50,6 +50,13 @@ const FILES: [(&str, &str); 2] = [
     ("grafsynth_engine.c", include_str!("grafsynth_engine.c")),
 ];
 
+/// True for the name of a file that belongs to an engine, so that its text is the same for all charts.
+#[must_use]
+pub fn is_engine_file(name: &str) -> bool {
+    let own = FILES.iter().chain(&program::FILES).map(|(file, _)| *file);
+    own.chain(btrans::FILES.iter().map(|(_, file, _)| *file)).any(|file| file == name)
+}
+
 /// The information that all rows share.
 struct Plan<'a> {
     net: &'a Net,

@@ -32,7 +32,7 @@ use grafsynth_ir::{IdMap, Valid};
 use std::collections::BTreeSet;
 
 /// The engine's own files.
-const FILES: [(&str, &str); 2] = [
+pub(super) const FILES: [(&str, &str); 2] = [
     ("grafsynth_program.h", include_str!("grafsynth_program.h")),
     ("grafsynth_program.c", include_str!("grafsynth_program.c")),
 ];

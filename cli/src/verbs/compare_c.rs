@@ -6,6 +6,7 @@ use crate::exit::Exit;
 use crate::files;
 use crate::load::{Session, Stop};
 use crate::progress;
+use grafsynth_backend_c::is_engine_file;
 use grafsynth_driver::edited_c::{self, CMap, CText, EditedC};
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::Design;
@@ -44,6 +45,7 @@ pub(super) fn recognised(
     if !is_c {
         return Ok(None);
     }
+    is_c_of_chart(path)?;
     let beside = files::companion(path, "map.json").filter(|beside| !files::is_link(beside));
     let map_path = arguments.map.clone().or(beside);
     let map = match map_path.clone() {
@@ -63,6 +65,26 @@ pub(super) fn recognised(
         map,
         map_path: map_path.unwrap_or_default(),
     }))
+}
+
+/// An error for another file of emitted C than the one with the functions of the chart.
+fn is_c_of_chart(path: &str) -> Result<(), Stop> {
+    let name = Path::new(path).file_name().map(|name| name.to_string_lossy().into_owned());
+    let name = name.unwrap_or_default();
+    if is_engine_file(&name) {
+        return Err(Stop::Input(format!(
+            "{path} is the engine, which is the same for all charts: give the C of the chart, which is beside it"
+        )));
+    }
+    let Some(stem) = name.strip_suffix("_tables.c") else { return Ok(()) };
+    let chart = files::folder_of(Path::new(path)).join(format!("{stem}.c"));
+    match files::exists(&chart) {
+        true => Err(Stop::Input(format!(
+            "{path} has the tables of {}: give that file",
+            chart.display()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// The C file, and the files in its folder that it includes.

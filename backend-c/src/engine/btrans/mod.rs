@@ -37,7 +37,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use tree::{Goal, Tree, goals, steps};
 
 /// The files that are the same for every chart in this layout.
-const FILES: [EngineFile; 2] = [
+pub(super) const FILES: [EngineFile; 2] = [
     (
         FileKind::EngineHeader,
         "grafsynth_btrans.h",
