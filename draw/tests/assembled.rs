@@ -140,7 +140,8 @@ fn difference(design: &Design, vocabulary: &Vocabulary, svgs: &[String]) -> Opti
 }
 
 fn on_paper(design: &Design) -> Vec<String> {
-    let picture = layout(design, &Options::default()).expect("it is there");
+    let options = Options { paper: Some(Paper::A4), ..Options::default() };
+    let picture = layout(design, &options).expect("it is there");
     pages(&picture, Paper::A4, &TitleBlock::default()).iter().map(page_svg).collect()
 }
 

@@ -420,6 +420,9 @@ fn harmed(lines: &[&str], start: usize) -> Vec<Harmed> {
         is_element = (is_element || line.starts_with("<g ")) && *line != "</g>";
         let is_token = is_of(line, &["<circle"]);
         let is_link = is_of(line, &["<line class=\"l\"", "<line class=\"b\""]);
+        if turn(index) && is_of(line, &["<path class=\"a\""]) {
+            all.push((Harm::Missing, vec![(index, String::new())]));
+        }
         let text = line.strip_prefix("<text").and_then(|it| it.split_once('>'));
         if let Some((_, text)) = text.filter(|_| is_element) {
             elements.push((index, text));

@@ -84,6 +84,8 @@ pub(crate) struct Shapes {
     pub(crate) texts: Vec<Text>,
     /// The middles of tokens.
     pub(crate) dots: Vec<(i64, i64)>,
+    /// The tips of arrows that point up; `None` if arrows are not read.
+    pub(crate) tips: Option<Vec<(i64, i64)>>,
 }
 
 impl Shapes {
@@ -107,6 +109,7 @@ impl Shapes {
 pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
     let document = roxmltree::Document::parse(svg).map_err(|error| error.to_string())?;
     let mut shapes = Shapes::default();
+    let mut tips = Vec::new();
     for node in document.descendants() {
         let class = node.attribute("class").unwrap_or_default();
         match (node.tag_name().name(), class) {
@@ -136,6 +139,14 @@ pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
                 let [x, y] = numbers(&node, ["cx", "cy"])?;
                 shapes.dots.push((x, y));
             }
+            ("path", "a") => {
+                let path = node.attribute("d").unwrap_or_default();
+                let tip = path.strip_prefix('M').and_then(|it| it.strip_suffix("l-4 9h8z"));
+                if let Some((x, y)) = tip.and_then(|it| it.split_once(' ')) {
+                    let number = |text: &str| text.parse().map_err(|_| format!("arrow at {text}"));
+                    tips.push((number(x)?, number(y)?));
+                }
+            }
             ("text", _) => {
                 let [x, y, width] = numbers(&node, ["x", "y", "textLength"])?;
                 let text = node.text().unwrap_or_default().to_owned();
@@ -144,6 +155,7 @@ pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
             _ => {}
         }
     }
+    shapes.tips = Some(tips);
     Ok(shapes)
 }
 
@@ -230,6 +242,7 @@ pub(crate) fn region(mut shapes: Shapes, style: Style) -> Result<Region, String>
         part.bars = split(&mut shapes.bars, |it| take(middle(it)));
         part.texts = split(&mut shapes.texts, |it| take((it.x + it.width / 2, it.y - 3)));
         part.dots = split(&mut shapes.dots, |it| take(*it));
+        part.tips = shapes.tips.as_mut().map(|tips| split(tips, |it| take(*it)));
         inner.push(region(part, style)?);
     }
     let mut region = Reader::new(shapes, style)?.region()?;
@@ -250,6 +263,34 @@ enum End {
     Double(usize),
     /// The text of a reference.
     Reference(usize),
+}
+
+/// The vertical lines of a group that lead up on the way from its only beginning (or to its only end) to its other ends.
+fn upward(group: &[Line], root: (i64, i64), others: &[(i64, i64)], is_source: bool) -> Vec<Line> {
+    let mut up = Vec::new();
+    let mut rest: Vec<Line> = group.to_vec();
+    let mut next = vec![root];
+    while let Some(from) = next.pop() {
+        for line in split(&mut rest, |line| line.has(from)) {
+            // Where other lines continue, and the ends of the group on this line.
+            let ends = others.iter().copied().filter(|end| line.has(*end));
+            let joints: Vec<(i64, i64)> = { rest.iter() }
+                .filter(|other| other.touches(&line))
+                .map(
+                    |other| {
+                        if line.x1 == line.x2 { (line.x1, other.y1) } else { (other.x1, line.y1) }
+                    },
+                )
+                .filter(|at| line.has(*at))
+                .collect();
+            let goes_up = |to: (i64, i64)| if is_source { to.1 < from.1 } else { from.1 < to.1 };
+            if ends.chain(joints.iter().copied()).any(goes_up) && line.x1 == line.x2 {
+                up.push(line);
+            }
+            next.extend(joints);
+        }
+    }
+    up
 }
 
 #[derive(Default, Debug)]
@@ -331,7 +372,7 @@ impl Reader {
             return Err("a token outside of steps".to_owned());
         }
         let bars = self.shapes.bars.clone();
-        let mut links = Vec::new();
+        let (mut links, mut led_up) = (Vec::new(), BTreeSet::new());
         let mut ends_of_actions: BTreeMap<usize, i64> = BTreeMap::new();
         for net in &nets {
             let group: Vec<Line> = net.iter().map(|index| self.shapes.links[*index]).collect();
@@ -342,7 +383,7 @@ impl Reader {
                     .any(|(x, y)| x == rect.x + rect.w && rect.y < y && y < rect.y + rect.h)
             });
             let Some(owner) = owner else {
-                links.push(self.net(&group, &steps, &bars)?);
+                links.push(self.net(&group, &steps, &bars, &mut led_up)?);
                 continue;
             };
             let mut entered: Vec<usize> = (0..actions.len())
@@ -369,6 +410,7 @@ impl Reader {
                 }
             }
         }
+        self.check_arrows(&led_up)?;
         let mut transitions = Vec::new();
         for bar in &bars {
             transitions.push(self.transition(bar, &actions, &mut boxes)?);
@@ -434,9 +476,31 @@ impl Reader {
         groups
     }
 
-    /// The objects that the ends of a group of links touch.
-    fn net(&mut self, group: &[Line], steps: &[Rect], bars: &[Line]) -> Result<Net, String> {
+    /// Each link that leads up has an arrow, and no other line has one.
+    fn check_arrows(&self, led_up: &BTreeSet<Line>) -> Result<(), String> {
+        let Some(tips) = &self.shapes.tips else { return Ok(()) };
+        // A long one has an arrow every 600 pixels.
+        let n_tips = |line: &Line| tips.iter().filter(|tip| line.has(**tip)).count();
+        let is_wrong = |line: &&Line| n_tips(line) as i64 != 1 + (line.y2 - line.y1) / 600;
+        if let Some(line) = led_up.iter().find(is_wrong) {
+            return Err(format!("a link leads up with {} arrows: {line:?}", n_tips(line)));
+        }
+        match tips.iter().find(|tip| !led_up.iter().any(|line| line.has(**tip))) {
+            Some(tip) => Err(format!("an arrow at no link that leads up: {tip:?}")),
+            None => Ok(()),
+        }
+    }
+
+    /// The objects that the ends of a group of links touch. Adds its lines that lead up to `led_up`.
+    fn net(
+        &mut self,
+        group: &[Line],
+        steps: &[Rect],
+        bars: &[Line],
+        led_up: &mut BTreeSet<Line>,
+    ) -> Result<Net, String> {
         let mut net = Net::default();
+        let (mut sources, mut sinks) = (Vec::new(), Vec::new());
         let ends: BTreeSet<(i64, i64)> = group.iter().flat_map(Line::ends).collect();
         for &(x, y) in &ends {
             let n = group.iter().filter(|line| line.has((x, y))).count();
@@ -473,6 +537,7 @@ impl Reader {
                 found.push((End::Reference(index), is_sink));
             }
             for (end, is_sink) in found {
+                if is_sink { &mut sinks } else { &mut sources }.push((x, y));
                 if is_sink { net.sinks.push(end) } else { net.sources.push(end) }
             }
         }
@@ -482,6 +547,10 @@ impl Reader {
         if net.sources.len() > 1 && net.sinks.len() > 1 {
             return Err("links with several beginnings and ends".to_owned());
         }
+        led_up.extend(match sources.as_slice() {
+            [source] => upward(group, *source, &sinks, true),
+            _ => upward(group, sinks[0], &sources, false),
+        });
         Ok(net)
     }
 
