@@ -1,7 +1,7 @@
 //! A subset of SVG for drawings: elements with attributes, escaped text, one picture on a white background.
 //!
 //! All coordinates are whole pixels and every attribute is on its element, so that all viewers show the same picture. The font is monospaced,
-//! so the width of a text is known without the font. Viewers that prefer dark colours exchange them by [`DARK`].
+//! so the width of a text is known without the font. Viewers that prefer dark colours exchange them by others.
 
 use grafsynth_ir::markup::escape;
 
