@@ -49,7 +49,7 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
-    ("code lines of c and backend-c", 29_410),
+    ("code lines of c and backend-c", 29_420),
     ("code lines of ir", 21_090),
     ("code lines of driver", 14_070),
     ("code lines of all crates", 190_600),
