@@ -209,8 +209,7 @@ impl<'a> Attempt<'a> {
         }
         let start = memory.clone();
         self.link();
-        let (entered, first) = self.enter(cut, &mut memory)?;
-        self.rounds_suffice(&entered)?;
+        let (_, first) = self.enter(cut, &mut memory)?;
         self.is_kept(&memory, &start)?;
         self.keeps_gate(&memory)?;
         let (state, inputs) = (self.state.clone(), self.inputs.clone());
@@ -373,16 +372,6 @@ impl<'a> Attempt<'a> {
         }
     }
 
-    /// An error if the loop of byte code may end because it has had its maximum number of rounds.
-    fn rounds_suffice(&mut self, entered: &Entered<'a>) -> Result<(), String> {
-        let Entered::Image(found, ..) = entered else { return Ok(()) };
-        let most = self.with_model(|this| this.model.maker.most_rounds());
-        match u64::from(found.rounds) >= most {
-            true => Ok(()),
-            false => Err("the loop of the byte code has too few rounds".to_owned()),
-        }
-    }
-
     /// Calls `NAME_step` up to the loop. Returns the loop, and the number of its first object.
     fn enter(&mut self, cut: Cut<'a>, memory: &mut Memory) -> Result<(Entered<'a>, usize), String> {
         let dt = self.dt()?;
@@ -451,6 +440,12 @@ impl<'a> Attempt<'a> {
         self.any_within(&state, &mut memory)?;
         self.any_asked();
         let most = self.with_model(|this| this.model.maker.most_rounds());
+        if let Entered::Image(found, ..) = &entered
+            && u64::from(found.rounds) < most
+        {
+            // It may end because of its number of rounds.
+            return Err("the loop of the byte code has too few rounds".to_owned());
+        }
         let most = i64::try_from(most).unwrap_or(i64::MAX);
         // There is another check, so there were fewer before.
         let most = if goes_on { most - 1 } else { most };
