@@ -422,7 +422,7 @@ fn level_of_row_0(net: &Net, carries: Carries) -> bool {
     value.checked_shr(bit).unwrap_or(0) & 1 == 1
 }
 
-/// The reaction of the part on the CPU, with what it is told before and asked after about its moves and those of the chips.
+/// The reaction of the part on the CPU. Before it, the part is told whether a chip moves; after it, the part is asked whether it moves itself.
 fn reaction(part: &PartNet) -> impl Iterator<Item = Act> {
     let is_more = |(_, source): &(InputId, &Source)| **source == Source::More;
     let told = part.inputs.iter().find(is_more).map(|(to, _)| Act::HandMore { to });

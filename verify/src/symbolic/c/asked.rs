@@ -12,7 +12,7 @@ use grafsynth_ir::instance::Carried;
 use grafsynth_ir::net::InputId;
 
 use super::attempt::Attempt;
-use super::evolution::{Meaning, Spot};
+use super::locals::{Meaning, Spot};
 use super::memory::{Cell, Memory, Scalar};
 use super::net_values::scalar;
 use super::value::{Int, compare};

@@ -20,8 +20,8 @@ use grafsynth_ir::instance::{Gate, Place};
 
 use super::Induction;
 use super::attempt::Attempt;
-use super::evolution::kind_at;
 use super::exec::{Done, Made, Program, Replaced};
+use super::locals::kind_at;
 use super::memory::{
     Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar, member_offset, n_cells, whole,
 };

@@ -22,6 +22,7 @@ mod extra;
 mod gate;
 mod image_loop;
 mod interface;
+mod locals;
 mod machine;
 mod memory;
 mod merged;

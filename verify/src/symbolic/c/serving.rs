@@ -152,7 +152,7 @@ impl<'u> Program<'u> {
         found.ok_or_else(|| format!("`{name}` is not known"))
     }
 
-    /// Checks that the loop changed nothing of the machine but what it may.
+    /// Checks that the loop changed only those members of the machine that it may change.
     fn keeps_machine(&self, run: &Structure, before: &Memory, after: &Memory) -> Done<()> {
         let shared: Vec<_> =
             SHARED.iter().map(|name| self.cells_of(run, name)).collect::<Done<_>>()?;
