@@ -217,8 +217,9 @@ impl Split {
 /// Unsupported features; contradictory places or constraints; errors in the build of a part, except that it does not fit.
 pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagnostic>> {
     let groups = together(net, request.running)?;
+    let facts = round_facts(net, request)?;
     let Fitted { partition, value, bound, division, chips, unfit, builds, cuts, memory } =
-        search::search(net, &groups, request)?;
+        search::search(net, (&groups, &facts.components), request)?;
     let mut parts = chips;
     if let (Some(part), Some(requested)) = (division.parts.last(), request.parts.last()) {
         let cpu = build_cpu(net, &part.net, requested, request);
@@ -227,7 +228,7 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
         }
         parts.push(cpu);
     }
-    let joined = whole(net, &division, request)?;
+    let joined = whole(net, &facts, &division, request);
     Ok(Split {
         groups,
         partition,
@@ -243,26 +244,29 @@ pub fn split(net: &Valid<Net>, request: &Request<'_>) -> Result<Split, Vec<Diagn
     })
 }
 
+/// The facts of a round; none if the parts run on their own, because they have no rounds.
+fn round_facts(net: &Valid<Net>, request: &Request<'_>) -> Result<Facts, Vec<Diagnostic>> {
+    Ok(match request.running {
+        Running::Lockstep => pipeline::facts(&round_of(net)?, &request.options.limits),
+        Running::Free => Facts::default(),
+    })
+}
+
 /// The proof about the parts together.
-fn whole(
-    net: &Valid<Net>,
-    division: &Division,
-    request: &Request<'_>,
-) -> Result<Whole, Vec<Diagnostic>> {
+fn whole(net: &Valid<Net>, facts: &Facts, division: &Division, request: &Request<'_>) -> Whole {
     let limits = &request.options.limits;
     if division.running == Running::Free {
-        return Ok(Whole::Sequences(match request.options.prove {
+        return Whole::Sequences(match request.options.prove {
             true => settles(net, division, limits),
             false => Verdict::Open(Open::because(OpenReason::NotAsked)),
-        }));
+        });
     }
-    let facts = pipeline::facts(&round_of(net)?, limits);
     let ends = rounds_of(net).is_none() || pipeline::facts(net, limits).always_stable.is_some();
     let one_tick = division.parts.iter().zip(request.parts).any(|(part, requested)| {
         matches!(requested.device, PartDevice::Chip(_)) && measures_time(&part.net)
     });
-    let known = RoundFacts { facts: &facts, ends };
-    Ok(Whole::Rounds(joined(net, known, division, one_tick, limits)))
+    let known = RoundFacts { facts, ends };
+    Whole::Rounds(joined(net, known, division, one_tick, limits))
 }
 
 /// Why the pins of a chip are not assigned. Its equations are written then, but nothing can be wired.

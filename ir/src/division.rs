@@ -118,8 +118,8 @@ pub struct PartNet {
     pub name: String,
     /// The net of the part.
     pub net: Valid<Net>,
-    /// The original of each step, which may be a copy. On a chip beside a statechart, the only step is always active and stands for the first state.
-    pub steps: IdMap<Step, StepId>,
+    /// The original of each step. On a chip beside a statechart, the only step is always active and stands for the first state.
+    pub steps: IdMap<Step, Original>,
     /// The original of each transition, which may be an image that repeats its effect.
     pub transitions: IdMap<Transition, TransitionId>,
     /// The original of each variable.
@@ -134,6 +134,26 @@ pub struct PartNet {
     pub inputs: IdMap<Input, Source>,
     /// The meaning of each output.
     pub outputs: IdMap<Output, Shown>,
+}
+
+/// What a step of a part stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Original {
+    /// A step of the net, which the part owns or copies.
+    Step(StepId),
+    /// The rest of a sequential component: it is active if none of these steps, which the part also has, is active.
+    Away(Vec<StepId>),
+}
+
+impl Original {
+    /// The step of the net, if it stands for one.
+    #[must_use]
+    pub fn step(&self) -> Option<StepId> {
+        match self {
+            Original::Step(id) => Some(*id),
+            Original::Away(_) => None,
+        }
+    }
 }
 
 /// The source of an input of a part.

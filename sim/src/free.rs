@@ -73,8 +73,9 @@ impl<'n> FreeParts<'n> {
                     outputs.insert(id, (at, own));
                 }
             }
-            let own = part.steps.iter().filter(|(_, id)| division.owners.steps[**id] == at);
-            own.for_each(|(own, id)| _ = steps.insert(*id, (at, own)));
+            let all = part.steps.iter().filter_map(|(own, original)| Some((own, original.step()?)));
+            let own = all.filter(|(_, id)| division.owners.steps[*id] == at);
+            own.for_each(|(own, id)| _ = steps.insert(id, (at, own)));
         }
         FreeParts { net, division, parts, wires: wires.collect(), outputs, steps }
     }
@@ -247,13 +248,13 @@ impl<'n> FreeParts<'n> {
 /// The cell of the whole net that a cell of a part copies, as far as it belongs to one object.
 fn original(part: &grafsynth_ir::division::PartNet, cell: Cell) -> Option<Cell> {
     Some(match cell {
-        Cell::Elapsed(id) => Cell::Elapsed(part.steps[id]),
-        Cell::LastElapsed(id) => Cell::LastElapsed(part.steps[id]),
+        Cell::Elapsed(id) => Cell::Elapsed(part.steps[id].step()?),
+        Cell::LastElapsed(id) => Cell::LastElapsed(part.steps[id].step()?),
         Cell::Var(id, index) => Cell::Var(part.vars[id], index),
         Cell::Edge(id) => Cell::Edge(part.edges[id]),
         Cell::Timer(id) => Cell::Timer(part.timers[id]),
         Cell::TimerHeld(id) => Cell::TimerHeld(part.timers[id]),
-        Cell::Task(id) => Cell::Task(part.steps[id]),
+        Cell::Task(id) => Cell::Task(part.steps[id].step()?),
         Cell::ActionQ(id) => Cell::ActionQ(part.actions[id]),
         Cell::Latch(id, qualifier) => Cell::Latch(part.actions[id], qualifier),
         Cell::ActionTimer(id, qualifier) => Cell::ActionTimer(part.actions[id], qualifier),

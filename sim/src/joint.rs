@@ -184,7 +184,7 @@ pub fn joined_row<'r>(
     for (at, (part, own)) in division.parts.iter().zip(rows).enumerate() {
         row.fault |= own.fault;
         let owned = |step: &&grafsynth_ir::net::StepId| division.owners.steps[**step] == at;
-        let steps: Vec<_> = own.steps.iter().map(|step| part.steps[*step]).collect();
+        let steps: Vec<_> = own.steps.iter().filter_map(|step| part.steps[*step].step()).collect();
         row.steps.extend(steps.iter().filter(owned));
         for (id, shown) in part.outputs.iter() {
             if let Shown::Output(old) = shown {

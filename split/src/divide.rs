@@ -16,10 +16,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::division::{
-    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source, has_ending, round_of,
-    rounds_of,
+    Division, Original, Owners, PartIndex, PartNet, Running, Shown, Signal, Source, has_ending,
+    round_of, rounds_of,
 };
 use grafsynth_ir::expr::Type;
+use grafsynth_ir::facts::Component;
 use grafsynth_ir::net::{
     Block, ControlledAction, Driver, EdgeId, EdgeOperand, Emission, Ending, Enter, Expr,
     ExternCall, Forcing, ForcingOrder, Input, InputId, Leaf, Meta, Net, Output, Part, Policy, Step,
@@ -30,12 +31,14 @@ use grafsynth_ir::validate::{Valid, validate};
 use grafsynth_ir::walk::{expressions, statements};
 use grafsynth_ir::{Id, Name};
 
+use crate::away;
 use crate::codes;
 use crate::pieces::{Ids, assumption, connect, numbered, unused, used_names, wire_input};
 use crate::statechart;
 use crate::together::{Groups, Item};
 
-/// Divides a net: gives each object to its owner, and each part the copies and wires that it needs. `names` are the names of the parts.
+/// Divides a net: gives each object to its owner, and each part the copies and wires that it needs. `names` are the names of the parts, and `components` the
+/// proved sequential components of the net of a round ([`round_of`]).
 ///
 /// # Errors
 /// Bonded objects with different owners, each with the rule; findings of validation, which are a bug in grafsynth.
@@ -44,6 +47,7 @@ pub fn divide(
     groups: &Groups,
     owners: Owners,
     names: &[String],
+    components: &[Component],
 ) -> Result<Division, Vec<Diagnostic>> {
     let apart: Vec<Diagnostic> = groups
         .bonds
@@ -89,8 +93,10 @@ pub fn divide(
         if is_stable && owners.transitions.values().any(|owner| *owner == part) {
             copier.moves = Some(unused(format!("moves_{name}"), &mut used));
         }
-        copier.more = more.as_deref().map(|name| (name, part + 1 == names.len()));
-        parts.push(copier.part(name)?);
+        let is_cpu = part + 1 == names.len();
+        copier.more = more.as_deref().map(|name| (name, is_cpu));
+        let cut = if is_cpu && running == Running::Lockstep { components } else { &[] };
+        parts.push(copier.part(name, cut, &mut used)?);
     }
     let signals = wires.into_iter().map(|(signal, name)| (signal, name, owner(&owners, signal)));
     let wires = connect(&parts, signals);
@@ -301,7 +307,13 @@ impl<'n> Copier<'n> {
         Copier { net, owners, part, wires, is_clocked: false, moves: None, more: None, new }
     }
 
-    fn part(&self, name: &str) -> Result<PartNet, Vec<Diagnostic>> {
+    /// The part, with a step for the rest of each of the components that it has only some steps of.
+    fn part(
+        &self,
+        name: &str,
+        components: &[Component],
+        used: &mut BTreeSet<String>,
+    ) -> Result<PartNet, Vec<Diagnostic>> {
         let net = self.net;
         let mut part = Net {
             name: Name::new(format!("{}_{name}", net.name), net.name.span),
@@ -348,6 +360,12 @@ impl<'n> Copier<'n> {
                 emergency
             });
         }
+        let images = self.new.transitions.iter();
+        let images = images.filter(|(old, _)| self.new.wires.contains_key(&Signal::Fires(**old)));
+        let images = images.map(|(old, new)| (*new, &net.transitions[*old])).gather();
+        let away = away::add(&mut part, components, (&self.new.steps, &images), used);
+        let originals = self.new.steps.keys().map(|id| Original::Step(*id));
+        let mut originals = originals.chain(away.into_iter().map(Original::Away));
         let assumptions = net.properties.iter();
         part.properties = assumptions.filter_map(|one| assumption(one, &self.new.inputs)).collect();
         let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
@@ -363,7 +381,9 @@ impl<'n> Copier<'n> {
         }
         Ok(PartNet {
             name: name.to_owned(),
-            steps: olds(&part.steps, &self.new.steps),
+            steps: IdMap::build(&part.steps, |id, _| {
+                originals.next().unwrap_or(Original::Step(id))
+            }),
             transitions: olds(&part.transitions, &self.new.transitions),
             vars: olds(&part.vars, &self.new.vars),
             timers: olds(&part.timers, &self.new.timers),

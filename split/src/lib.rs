@@ -25,6 +25,7 @@
 //! assert_eq!((assignment, value), (vec![1, 0], 34));
 //! ```
 
+mod away;
 pub mod cells;
 pub mod codes;
 pub mod cpu;

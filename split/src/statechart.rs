@@ -14,7 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::division::{
-    Division, Owners, PartIndex, PartNet, Running, Shown, Signal, Source,
+    Division, Original, Owners, PartIndex, PartNet, Running, Shown, Signal, Source,
 };
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
@@ -126,7 +126,7 @@ fn on_cpu(
     part.properties.retain(|property| property.role == PropertyRole::Assume);
     Ok(PartNet {
         name: name.to_owned(),
-        steps: IdMap::build(&part.steps, |id, _| id),
+        steps: IdMap::build(&part.steps, |id, _| Original::Step(id)),
         transitions: IdMap::build(&part.transitions, |id, _| id),
         vars: IdMap::build(&part.vars, |id, _| id),
         timers: IdMap::build(&part.timers, |id, _| id),
@@ -190,7 +190,7 @@ fn chip(
     let first = net.steps.ids().next().unwrap_or(always);
     Ok(PartNet {
         name: name.to_owned(),
-        steps: IdMap::build(&part.steps, |_, _| first),
+        steps: IdMap::build(&part.steps, |_, _| Original::Step(first)),
         transitions: IdMap::default(),
         vars: IdMap::default(),
         timers: IdMap::default(),

@@ -45,7 +45,7 @@ fn divided(net: &Valid<Net>, names: &[&str], place: impl Fn(&str) -> Option<usiz
     let parts: Vec<usize> = groups.groups.iter().map(of).collect();
     let owners = grafsynth_split::partition::owners(net, &groups, &parts);
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-    divide(net, &groups, owners, &names).expect("it can be divided")
+    divide(net, &groups, owners, &names, &[]).expect("it can be divided")
 }
 
 /// The chart with the steps and outputs of these names on a chip.

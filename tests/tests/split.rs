@@ -8,11 +8,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::division::{Division, Owners, Running, Source, round_of};
+use grafsynth_ir::division::{Division, Owners, PartNet, Running, Source, round_of};
 use grafsynth_ir::net::{
     Driver, Enter, Expr, InputId, InputKind, Leaf, Meta, Net, Policy, Property, PropertyExpr,
-    PropertyLeaf, PropertyRole,
+    PropertyLeaf, PropertyRole, StepId,
 };
+use grafsynth_ir::plan::following;
 use grafsynth_ir::{FileId, Span, Valid, text, validate};
 use grafsynth_sim::{Effect, InputRow, Joint, Random, Simulator, Stimulus};
 use grafsynth_split::{Groups, Item, divide, together};
@@ -55,9 +56,16 @@ pub(crate) fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
     let groups = together(net, Running::Lockstep).ok()?;
     let parts = 2 + random.below(2);
     let owners = owners(net, &groups, parts, &mut random);
-    Some(divide(net, &groups, owners, &names(parts)).unwrap_or_else(|findings| {
+    let components = structural_facts(&round_of(net).expect("it was valid")).components;
+    Some(divide(net, &groups, owners, &names(parts), &components).unwrap_or_else(|findings| {
         panic!("seed {seed}: {findings:?}\n{}", text::print(net));
     }))
+}
+
+/// The steps of a part that stand for the rest of a sequential component.
+fn away_steps(part: &PartNet) -> Vec<StepId> {
+    let all = part.steps.iter().filter(|(_, original)| original.step().is_none());
+    all.map(|(id, _)| id).collect()
 }
 
 /// The calls of extern conditions in a row.
@@ -163,7 +171,7 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     let seeds = only.map_or(0..count("SPLIT_NETS", 60), |seed: u64| seed..seed + 1);
     let mut tally: BTreeMap<String, u32> = BTreeMap::new();
     let mut refused: BTreeMap<String, u32> = BTreeMap::new();
-    let mut long = 0;
+    let (mut long, mut away) = (0, 0);
     for seed in seeds {
         let net = random_net(seed, &features(seed));
         let Some(parts) = division(&net, seed) else {
@@ -196,8 +204,11 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         *tally.entry(class).or_default() += 1;
         *tally.entry(format!("{} wires", wires.min(3))).or_default() += 1;
         long += reactions_of_several_rounds(&net, seed);
+        away += u32::from(parts.parts.iter().any(|part| !away_steps(part).is_empty()));
     }
-    println!("{tally:#?}, {long} reactions of several rounds; refused: {refused:#?}");
+    println!(
+        "{tally:#?}, {away} with a step for the rest of a component, {long} reactions of several rounds; refused: {refused:#?}"
+    );
     assert!(refused.is_empty(), "{refused:#?}");
     if only.is_none() {
         let refused = tally.keys().filter(|class| class.contains("not supported"));
@@ -208,6 +219,7 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
             tally.iter().filter(|(class, _)| !class.ends_with("wires")).map(|(_, n)| n).sum();
         assert!(hard * 50 <= all, "{hard} of {all} divisions are too hard to prove");
         assert_eq!(long >= 10, features(0).stable, "{long} reactions of several rounds");
+        assert!(away * 40 >= all, "{away} of {all} divisions cut a component");
         assert!(tally.get("3 wires").is_some_and(|n| n * 2 > all), "most divisions have wires");
     }
 }
@@ -390,7 +402,7 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
     let mut net = part.net.clone().into_inner();
     let transitions: Vec<_> = net.transitions.ids().collect();
     let steps: Vec<_> = net.steps.ids().collect();
-    let what = match random.below(10) {
+    let what = match random.below(11) {
         0 => {
             let wires: Vec<_> = part
                 .inputs
@@ -457,6 +469,18 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             let ending = net.ending.as_mut()?;
             ending.waits = ending.waits.clone().not();
             "END waits for the wrong rounds"
+        }
+        9 => {
+            let away = away_steps(part);
+            let id = *random.pick(&away)?;
+            let mut touching = net.transitions.values_mut().filter(|transition| {
+                transition.requires.contains(&id) || following(transition).any(|step| step == id)
+            });
+            let transition = touching.nth(random.below(2))?;
+            transition.requires.retain(|step| *step != id);
+            transition.clears.retain(|step| *step != id);
+            transition.enters.retain(|enter| *enter != Enter::Step(id));
+            "the step for the rest of a component is not changed"
         }
         _ => {
             let id = *random.pick(&steps)?;
@@ -614,7 +638,7 @@ fn wires_show_states_at_the_end_of_a_reaction() {
             actions: IdMap::build(&net.actions, |id, _| on_chip(Item::Action(id))),
             outputs: IdMap::build(&net.outputs, |id, _| on_chip(Item::Output(id))),
         };
-        let parts = divide(&net, &groups, owners, &names).expect("it can be divided");
+        let parts = divide(&net, &groups, owners, &names, &[]).expect("it can be divided");
         assert!(!parts.wires.is_empty(), "{what}: nothing is on the chip");
         assert!(matches!(proof(&net, &parts), Verdict::Proved(_)), "{what}");
         let mut joint = Joint::new(&net, &parts);

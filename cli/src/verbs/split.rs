@@ -18,6 +18,7 @@ use grafsynth_driver::read::{Design, NetDesign};
 use grafsynth_driver::report::{Outcome, OutputReport};
 use grafsynth_driver::split::{self, Cpu, Linked, Objective, Request, RequestedPart, Split, Whole};
 use grafsynth_driver::stem::FileStem;
+use grafsynth_ir::division::Original;
 use grafsynth_ir::lower::codes::DEADLINE;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Valid, counted};
@@ -358,7 +359,10 @@ fn about(net: &Net, split: &Split, parts: &[RequestedPart], at: usize) -> String
     let steps = net.steps.ids().filter(|id| owners.steps[*id] == at).count();
     let copies = match net.settings.policy.is_statechart() {
         true => 0,
-        false => split.division.parts[at].steps.len().saturating_sub(steps),
+        false => {
+            let all = split.division.parts[at].steps.values();
+            all.filter_map(Original::step).count().saturating_sub(steps)
+        }
     };
     let transitions = net.transitions.ids().filter(|id| owners.transitions[*id] == at).count();
     let out = split.division.wires.iter().filter(|wire| wire.from == at).count();

@@ -16,6 +16,7 @@ use crate::pipeline;
 use grafsynth_backend_pld::codes::DOES_NOT_FIT;
 use grafsynth_ir::diag::any_error;
 use grafsynth_ir::division::{Division, PartIndex};
+use grafsynth_ir::facts::Component;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
 use grafsynth_split::cpu::Cpu;
@@ -49,15 +50,16 @@ pub(super) struct Fitted {
     pub(super) memory: Result<Memory, String>,
 }
 
-/// Finds the best partition that fits.
+/// Finds the best partition that fits. `components` are those of the net of a round.
 pub(super) fn search(
     net: &Valid<Net>,
-    groups: &Groups,
+    (groups, components): (&Groups, &[Component]),
     request: &Request<'_>,
 ) -> Result<Fitted, Vec<Diagnostic>> {
     let mut search = Search {
         net,
         groups,
+        components,
         request,
         late: late_on_cpu(net, groups, request),
         unfit: 0,
@@ -74,6 +76,7 @@ pub(super) fn search(
 struct Search<'a> {
     net: &'a Valid<Net>,
     groups: &'a Groups,
+    components: &'a [Component],
     request: &'a Request<'a>,
     /// The decisions with which a deadline is missed in any case.
     late: Vec<Forbidden>,
@@ -244,7 +247,8 @@ impl Search<'_> {
     /// Builds the parts of a partition.
     fn fit(&mut self, partition: Partition) -> Result<Fit, Vec<Diagnostic>> {
         let names: Vec<String> = self.request.parts.iter().map(|part| part.name.clone()).collect();
-        let division = divide(self.net, self.groups, partition.owners.clone(), &names)?;
+        let owners = partition.owners.clone();
+        let division = divide(self.net, self.groups, owners, &names, self.components)?;
         self.builds += 1;
         self.tell();
         let mut chips = Vec::new();

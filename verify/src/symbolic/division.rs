@@ -22,7 +22,7 @@ mod statechart;
 mod words;
 
 use grafsynth_ir::Valid;
-use grafsynth_ir::division::{Division, PartNet, Shown, Signal, Source, round_of};
+use grafsynth_ir::division::{Division, Original, PartNet, Shown, Signal, Source, round_of};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{
     Evolution, InputId, Leaf, Net, Property, PropertyLeaf, PropertyRole, StepId, TransitionId,
@@ -185,7 +185,8 @@ fn covers(net: &Net, division: &Division) -> Result<(), Failed> {
         }
     }
     for (id, step) in net.steps.iter() {
-        if !division.parts.iter().any(|part| part.steps.values().any(|old| *old == id)) {
+        if !division.parts.iter().any(|part| part.steps.values().any(|old| old.step() == Some(id)))
+        {
             return Err(missing(format!("step `{}`", step.name)));
         }
     }
@@ -291,6 +292,7 @@ impl Proof<'_> {
         let whole = &self.model.maker.shape;
         let cap = |own: &mut Option<i64>, whole: Option<i64>| *own = own.and(whole);
         for (id, old) in part.steps.iter() {
+            let Some(old) = old.step() else { continue };
             let (at, old) = (id.index(), old.index());
             cap(&mut maker.shape.elapsed[at], whole.elapsed[old]);
             cap(&mut maker.shape.last_elapsed[at], whole.last_elapsed[old]);
@@ -547,6 +549,11 @@ fn seen(
         if is_free(part, whole, origin) {
             return aig.variable();
         }
+        if let Origin::Step(id) = origin
+            && let Original::Away(others) = &part.steps[id]
+        {
+            return !aig.or_all(others.iter().map(|id| state.active[id.index()]));
+        }
         let lit = old_origin(part, origin)
             .and_then(|(old, inverted)| Some(bits.get(&(old, element, bit))?.negate_if(inverted)));
         lit.unwrap_or_else(|| {
@@ -569,28 +576,30 @@ fn seen(
     Ok(given)
 }
 
-/// True for a relative age that the net does not store.
+/// True for a relative age that the net does not store, and for that of a step that stands for the rest of a component.
 fn is_free(part: &PartNet, whole: &Shape, origin: Origin) -> bool {
     let Origin::Older(a, b) = origin else { return false };
-    let (a, b) = (part.steps[a], part.steps[b]);
-    !whole.older.contains(&(a.min(b), a.max(b)))
+    match (part.steps[a].step(), part.steps[b].step()) {
+        (Some(a), Some(b)) => !whole.older.contains(&(a.min(b), a.max(b))),
+        _ => true,
+    }
 }
 
 /// The piece of the net's state that a piece of a part's state copies, and whether it is inverted. Without one, the answer is open.
 #[allow(clippy::wildcard_enum_match_arm, reason = "a forgotten piece leaves the answer open")]
 fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
-    let step = |id: StepId| part.steps[id];
+    let step = |id: StepId| part.steps[id].step();
     let old = match origin {
-        Origin::Step(id) => Origin::Step(step(id)),
-        Origin::Elapsed(id) => Origin::Elapsed(step(id)),
-        Origin::LastElapsed(id) => Origin::LastElapsed(step(id)),
+        Origin::Step(id) => Origin::Step(step(id)?),
+        Origin::Elapsed(id) => Origin::Elapsed(step(id)?),
+        Origin::LastElapsed(id) => Origin::LastElapsed(step(id)?),
         Origin::Timer(id) => Origin::Timer(part.timers[id]),
-        Origin::TaskIndex(id) => Origin::TaskIndex(step(id)),
+        Origin::TaskIndex(id) => Origin::TaskIndex(step(id)?),
         Origin::Var(id) => Origin::Var(part.vars[id]),
         Origin::TimerCondition(id) => Origin::TimerCondition(part.timers[id]),
         Origin::Edge(id) => Origin::Edge(part.edges[id]),
         Origin::Older(a, b) => {
-            let (a, b) = (step(a), step(b));
+            let (a, b) = (step(a)?, step(b)?);
             return Some(if a < b {
                 (Origin::Older(a, b), false)
             } else {
