@@ -7,7 +7,7 @@
 //! board                   the connections of the link; each chip fuse by fuse, or as the circuit read back from its text
 //! ```
 //!
-//! Inputs that are wired to chips alone have the opposite levels until the round ends, so a state or a wire that depends on them is found.
+//! Inputs that are wired to chips without the CPU have the opposite levels until the round ends, so a state or a wire that depends on them is found.
 //!
 //! In lockstep, the chips follow each change of a pin at once, and the CPU's program sees their levels when it reads a pin: delays of the chips and of the
 //! synchronisers of the CPU are not simulated. Parts that run on their own have clocks and lines with random speeds: see [`free`].
@@ -373,7 +373,7 @@ impl OnCpu<'_> {
         let members = self.linked.calls.members.iter().map(|(id, _)| *id);
         let conditions = self.part.inputs.iter().filter_map(|(id, source)| match source {
             Source::Input(old) if self.part.net.inputs[id].kind == InputKind::Extern => Some(*old),
-            Source::Input(_) | Source::Wire(_) | Source::More => None,
+            Source::Input(_) | Source::Direct(_) | Source::Wire(_) | Source::More => None,
         });
         for id in members.chain(conditions) {
             let bytes = input.value(id).to_le_bytes();

@@ -161,6 +161,8 @@ impl Original {
 pub enum Source {
     /// The input of the net, as latched for the round.
     Input(InputId),
+    /// The input of the net, as its pin shows it at every moment; only the emergency condition of a chip reads it.
+    Direct(InputId),
     /// The wire of another part that shows this signal.
     Wire(Signal),
     /// Whether this round is followed by another one of the same reaction, so that END waits: on a chip, whether any part moves; on the CPU, whether a chip does.

@@ -91,7 +91,7 @@ impl<'n> FreeParts<'n> {
             let row = simulator.reset();
             let lines = part.inputs.values().map(|source| {
                 let taken = match *source {
-                    Source::Input(id) => self.net.inputs[id].ty.saturate(0),
+                    Source::Input(id) | Source::Direct(id) => self.net.inputs[id].ty.saturate(0),
                     Source::Wire(Signal::Active(step)) if at == cpu => {
                         i64::from(self.net.steps[step].is_initial)
                     }

@@ -214,7 +214,9 @@ fn effects_of<'r>(part: &'r PartNet, row: &'r Row) -> impl Iterator<Item = Effec
         },
         Effect::Condition(input) => match part.inputs[*input] {
             Source::Input(old) => Effect::Condition(old),
-            Source::Wire(_) | Source::More => unreachable!("a wire is no function"),
+            Source::Direct(_) | Source::Wire(_) | Source::More => {
+                unreachable!("a wire is no function")
+            }
         },
         Effect::Code(text) => Effect::Code(text.clone()),
     })
@@ -223,7 +225,7 @@ fn effects_of<'r>(part: &'r PartNet, row: &'r Row) -> impl Iterator<Item = Effec
 /// The inputs of a part in a round.
 fn own_row(part: &PartNet, input: &InputRow, signals: &Signals, more: bool) -> InputRow {
     let value = |source: &Source| match source {
-        Source::Input(old) => input.value(*old),
+        Source::Input(old) | Source::Direct(old) => input.value(*old),
         Source::Wire(signal) => signals.get(signal).copied().unwrap_or_default(),
         Source::More => i64::from(more),
     };

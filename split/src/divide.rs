@@ -33,6 +33,7 @@ use grafsynth_ir::{Id, Name};
 
 use crate::away;
 use crate::codes;
+use crate::emergency;
 use crate::pieces::{Ids, assumption, connect, numbered, unused, used_names, wire_input};
 use crate::statechart;
 use crate::together::{Groups, Item};
@@ -89,13 +90,14 @@ pub fn divide(
     for (part, name) in names.iter().enumerate() {
         let mut copier = Copier::new(net, &owners, part, &contents[part], &wires);
         // The CPU is the last part.
-        copier.is_clocked = running == Running::Free && part + 1 < names.len();
+        copier.is_chip = part + 1 < names.len();
+        copier.is_clocked = running == Running::Free && copier.is_chip;
         if is_stable && owners.transitions.values().any(|owner| *owner == part) {
             copier.moves = Some(unused(format!("moves_{name}"), &mut used));
         }
-        let is_cpu = part + 1 == names.len();
-        copier.more = more.as_deref().map(|name| (name, is_cpu));
-        let cut = if is_cpu && running == Running::Lockstep { components } else { &[] };
+        copier.more = more.as_deref();
+        let is_cut = !copier.is_chip && running == Running::Lockstep;
+        let cut = if is_cut { components } else { &[] };
         parts.push(copier.part(name, cut, &mut used)?);
     }
     let signals = wires.into_iter().map(|(signal, name)| (signal, name, owner(&owners, signal)));
@@ -269,13 +271,14 @@ struct Copier<'n> {
     owners: &'n Owners,
     part: PartIndex,
     wires: &'n BTreeMap<Signal, String>,
+    is_chip: bool,
     /// True for a chip with a clock of its own: its inputs change at any time, and a flip-flop drives each wire and each output that depends on an input, so that they
     /// change only with its reactions.
     is_clocked: bool,
     /// The name of the output that shows that a transition of the part fires, if it has one.
     moves: Option<String>,
-    /// If a reaction is several rounds: the name of the input that shows whether another one follows, and whether the part is on the CPU.
-    more: Option<(&'n str, bool)>,
+    /// If a reaction is several rounds: the name of the input that shows whether another one follows.
+    more: Option<&'n str>,
     new: NewIds,
 }
 
@@ -304,7 +307,8 @@ impl<'n> Copier<'n> {
             actions: numbered(net.actions.ids().filter(|id| own(owners.actions[*id]))),
             outputs: numbered(net.outputs.ids().filter(|id| own(owners.outputs[*id]))),
         };
-        Copier { net, owners, part, wires, is_clocked: false, moves: None, more: None, new }
+        let (is_chip, is_clocked) = (false, false);
+        Copier { net, owners, part, wires, is_chip, is_clocked, moves: None, more: None, new }
     }
 
     /// The part, with a step for the rest of each of the components that it has only some steps of.
@@ -368,17 +372,7 @@ impl<'n> Copier<'n> {
         let mut originals = originals.chain(away.into_iter().map(Original::Away));
         let assumptions = net.properties.iter();
         part.properties = assumptions.filter_map(|one| assumption(one, &self.new.inputs)).collect();
-        let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
-            .chain(self.new.wires.keys().map(|signal| Source::Wire(*signal)));
-        let mut inputs: Vec<Source> = inputs.collect();
-        if let Some((name, is_cpu)) = self.more
-            && has_ending(&part)
-        {
-            let more = part.inputs.push(wire_input(Name::new(name, net.name.span)));
-            let waits = Expr::leaf(Leaf::Input(more), net.name.span);
-            part.ending = Some(Ending { waits, is_quiet: is_cpu });
-            inputs.push(Source::More);
-        }
+        let inputs = self.sources(&mut part, used);
         Ok(PartNet {
             name: name.to_owned(),
             steps: IdMap::build(&part.steps, |id, _| {
@@ -393,6 +387,25 @@ impl<'n> Copier<'n> {
             outputs: IdMap::build(&part.outputs, |id, _| outputs[id.index()]),
             net: validate(part)?,
         })
+    }
+
+    /// The source of each input; adds the inputs that are neither inputs of the net nor wires.
+    fn sources(&self, part: &mut Net, used: &BTreeSet<String>) -> Vec<Source> {
+        let inputs = (self.new.inputs.keys().map(|id| Source::Input(*id)))
+            .chain(self.new.wires.keys().map(|signal| Source::Wire(*signal)));
+        let mut inputs: Vec<Source> = inputs.collect();
+        if let Some(name) = self.more
+            && has_ending(part)
+        {
+            let more = part.inputs.push(wire_input(Name::new(name, self.net.name.span)));
+            let waits = Expr::leaf(Leaf::Input(more), self.net.name.span);
+            part.ending = Some(Ending { waits, is_quiet: !self.is_chip });
+            inputs.push(Source::More);
+        }
+        if self.is_chip {
+            emergency::wire(part, &mut inputs, used);
+        }
+        inputs
     }
 
     /// Adds the outputs of the part, those of the net before those that are wires; returns what each shows.

@@ -31,6 +31,7 @@ pub mod codes;
 pub mod cpu;
 mod direct;
 pub mod divide;
+mod emergency;
 pub mod link;
 pub mod partition;
 mod pieces;

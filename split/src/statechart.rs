@@ -26,6 +26,7 @@ use grafsynth_ir::walk::change_statements;
 use grafsynth_ir::{Id, Name};
 
 use crate::codes;
+use crate::emergency;
 use crate::pieces::{assumption, connect, numbered, unused, used_names, wire_input};
 
 /// Divides a statechart. Each object except outputs is on the last part.
@@ -51,7 +52,7 @@ pub(crate) fn divide(
     let always = unused("always".to_owned(), &mut used);
     let mut parts = Vec::new();
     for (part, (name, reads)) in names.iter().zip(&reads).enumerate() {
-        parts.push(chip(net, &owners, (part, name), reads, (&wires, &always))?);
+        parts.push(chip(net, &owners, (part, name), reads, (&wires, &always, &used))?);
     }
     if let Some(name) = names.last() {
         parts.push(on_cpu(net, &owners, (cpu, name), &wires)?);
@@ -144,7 +145,7 @@ fn chip(
     owners: &Owners,
     (at, name): (PartIndex, &str),
     reads: &Reads,
-    (wires, always): (&BTreeMap<StepId, String>, &str),
+    (wires, always, used): (&BTreeMap<StepId, String>, &str, &BTreeSet<String>),
 ) -> Result<PartNet, Vec<Diagnostic>> {
     let inputs = numbered(reads.inputs.iter().copied());
     let of_wire = |(at, id): (usize, &StepId)| (*id, InputId::from_index(inputs.len() + at));
@@ -186,7 +187,8 @@ fn chip(
     part.properties = net.properties.iter().filter_map(|one| assumption(one, &inputs)).collect();
     let sources = (inputs.keys().map(|id| Source::Input(*id)))
         .chain(of_wire.keys().map(|id| Source::Wire(Signal::Active(*id))));
-    let sources: Vec<Source> = sources.collect();
+    let mut sources: Vec<Source> = sources.collect();
+    emergency::wire(&mut part, &mut sources, used);
     let first = net.steps.ids().next().unwrap_or(always);
     Ok(PartNet {
         name: name.to_owned(),

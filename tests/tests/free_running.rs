@@ -358,7 +358,7 @@ impl<'a> Bench<'a> {
                 let at = self.division.wires.iter().position(|wire| wire.signal == signal);
                 self.wires[at.expect("it is there")]
             }
-            Source::More => unreachable!("only rounds have it"),
+            Source::Direct(_) | Source::More => unreachable!("only rounds have it"),
         };
         if self.now <= level.since && random.below(2) == 0 { level.old } else { level.new }
     }

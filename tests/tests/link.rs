@@ -3,7 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests write files for tools")]
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
-use crate::split::{division, features, stable_features, statechart_features};
+use crate::split::{division, features, net_to_divide, stable_features, statechart_features};
 use grafsynth_c::storage;
 use grafsynth_engines::tools;
 use grafsynth_ir::arena::Id;
@@ -15,7 +15,6 @@ use grafsynth_split::link::{
     Act, Carries, ChipPins, ChipSignal, Condition, Connection, CpuNames, Direct, Link, Object, Put,
     Request, Timing, check, files, link, wiring_md, wiring_svg,
 };
-use grafsynth_tests::random_net::random_net;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
@@ -95,7 +94,7 @@ impl Case {
             5 => statechart_features(seed),
             _ => features(seed),
         };
-        let net = random_net(seed, &features);
+        let net = net_to_divide(seed, &features);
         let division = division(&net, seed)?;
         let (_, chips) = division.parts.split_last()?;
         let chips = chips.iter().map(|part| chip(part, seed.is_multiple_of(2))).collect();
@@ -229,7 +228,7 @@ fn spoiled(case: &Case, link: &Link) -> Vec<(String, Vec<Act>, Vec<Connection>)>
 #[test]
 fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
     let (mut n_links, mut n_spoiled, mut n_refused) = (0, 0, 0);
-    let (mut n_direct, mut n_bypassed, mut n_once) = (0, 0, 0);
+    let (mut n_direct, mut n_emergency, mut n_bypassed, mut n_once) = (0, 0, 0, 0);
     for seed in 0..200 {
         let Some(case) = Case::new(seed) else { continue };
         let request = case.request(&HOST);
@@ -266,8 +265,18 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
             assert!(!case.accepts(&link), "seed {seed} is accepted: {at} bypasses\n{made:#?}");
             n_bypassed += 1;
         }
-        n_direct += made.direct.len();
-        for one in &made.direct {
+        let (emergency, direct): (Vec<_>, Vec<_>) =
+            made.direct.iter().partition(|one| one.is_emergency);
+        n_emergency += emergency.len();
+        for (what, link) in without_emergency(&made) {
+            assert!(!case.accepts(&link), "seed {seed} is accepted: {what}\n{made:#?}");
+        }
+        for one in emergency {
+            let case = moving(&case, one.input);
+            assert!(!case.accepts(&made), "seed {seed} is accepted: {one:?} moves\n{made:#?}");
+        }
+        n_direct += direct.len();
+        for one in direct {
             let case = held(&case, one.input);
             assert!(!case.accepts(&made), "seed {seed} is accepted: {one:?} is held\n{made:#?}");
         }
@@ -277,9 +286,10 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
         }
     }
     println!(
-        "{n_links} links with {n_direct} direct inputs, {n_spoiled} spoiled ones, {n_bypassed} that bypass the CPU, {n_refused} divisions without a link"
+        "{n_links} links with {n_direct} direct inputs, {n_emergency} of emergencies, {n_spoiled} spoiled ones, {n_bypassed} that bypass the CPU, {n_refused} divisions without a link"
     );
-    assert!(n_links >= 50 && n_spoiled >= 100 && n_bypassed >= 50 && n_direct >= 5);
+    assert!(n_links >= 50 && n_spoiled >= 100 && n_bypassed >= 50);
+    assert!(n_direct >= 5 && n_emergency >= 5, "{n_direct} and {n_emergency}");
     assert!(n_once >= 5, "{n_once} conditions");
 }
 
@@ -289,7 +299,13 @@ fn bypassed(case: &Case, link: &Link, at: usize) -> Option<Link> {
     let Carries::Input { input, bit } = one.carries else { return None };
     let mut link = link.clone();
     let to = std::mem::take(&mut link.connections[at].to);
-    link.direct.push(Direct { name: format!("{}_bypass", one.name), input, bit, to });
+    link.direct.push(Direct {
+        name: format!("{}_bypass", one.name),
+        input,
+        bit,
+        to,
+        is_emergency: false,
+    });
     // The other bits of an integer must not be the reason.
     for other in &mut link.connections {
         if let Carries::Input { input: same, bit } = other.carries
@@ -297,10 +313,50 @@ fn bypassed(case: &Case, link: &Link, at: usize) -> Option<Link> {
             && !other.to.is_empty()
         {
             let to = std::mem::take(&mut other.to);
-            link.direct.push(Direct { name: format!("{}_bypass", other.name), input, bit, to });
+            link.direct.push(Direct {
+                name: format!("{}_bypass", other.name),
+                input,
+                bit,
+                to,
+                is_emergency: false,
+            });
         }
     }
     case.net.inputs.get(input).map(|_| link)
+}
+
+/// Links in which the pins of an emergency are not those of the plant.
+fn without_emergency(link: &Link) -> Vec<(String, Link)> {
+    let mut all = Vec::new();
+    for (at, one) in link.direct.iter().enumerate().filter(|(_, one)| one.is_emergency) {
+        let mut open = link.clone();
+        open.direct.remove(at);
+        all.push((format!("{} is open", one.name), open));
+        let mut alone = link.clone();
+        alone.direct[at].is_emergency = false;
+        all.push((format!("{} is not latched", one.name), alone));
+        for (from, passed) in link.connections.iter().enumerate() {
+            let Carries::Input { input, bit: 0 } = passed.carries else { continue };
+            let ends = passed.to.iter().position(|end| end.part == one.to[0].part);
+            if let Some(end) = ends.filter(|_| input == one.input) {
+                let mut swapped = link.clone();
+                swapped.direct[at].to[0] = passed.to[end];
+                swapped.connections[from].to[end] = one.to[0];
+                all.push((format!("{} is exchanged with {}", one.name, passed.name), swapped));
+            }
+        }
+    }
+    all
+}
+
+/// The case with a flip-flop or wire of each chip that depends on the pin of an emergency.
+fn moving(case: &Case, input: InputId) -> Case {
+    let mut chips = case.chips.clone();
+    for (chip, part) in chips.iter_mut().zip(&case.division.parts) {
+        let own = part.inputs.iter().filter(|(_, source)| **source == Source::Direct(input));
+        chip.moving.extend(own.map(|(id, _)| id));
+    }
+    Case { net: case.net.clone(), division: case.division.clone(), chips }
 }
 
 /// The case with a flip-flop or wire of each chip that depends on an input.

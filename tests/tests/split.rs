@@ -9,9 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::arena::IdMap;
 use grafsynth_ir::division::{Division, Owners, PartNet, Running, Source, round_of};
+use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::net::{
-    Driver, Enter, Expr, InputId, InputKind, Leaf, Meta, Net, Policy, Property, PropertyExpr,
-    PropertyLeaf, PropertyRole, StepId,
+    Driver, Emergency, Enter, Expr, Input, InputId, InputKind, Leaf, Meta, Net, Policy, Property,
+    PropertyExpr, PropertyLeaf, PropertyRole, StepId,
 };
 use grafsynth_ir::plan::following;
 use grafsynth_ir::{FileId, Span, Valid, text, validate};
@@ -66,6 +67,12 @@ pub(crate) fn division(net: &Valid<Net>, seed: u64) -> Option<Division> {
 fn away_steps(part: &PartNet) -> Vec<StepId> {
     let all = part.steps.iter().filter(|(_, original)| original.step().is_none());
     all.map(|(id, _)| id).collect()
+}
+
+/// The inputs of a part that show the pins of an emergency at every moment.
+fn direct_inputs(part: &PartNet) -> impl Iterator<Item = InputId> + '_ {
+    let all = part.inputs.iter();
+    all.filter(|(_, source)| matches!(source, Source::Direct(_))).map(|(id, _)| id)
 }
 
 /// The calls of extern conditions in a row.
@@ -148,6 +155,30 @@ pub(crate) fn stable_features(seed: u64) -> Features {
     Features { single: false, stable: true, mealy: false, ..features(seed) }
 }
 
+/// A random net; every third one with an emergency that a pin causes, alone or if a step is active.
+pub(crate) fn net_to_divide(seed: u64, features: &Features) -> Valid<Net> {
+    let net = random_net(seed, features);
+    let is_pin = |input: &Input| input.kind == InputKind::Pin && input.ty.is_bool();
+    let pins = net.inputs.iter().filter(|(_, input)| is_pin(input));
+    let pins: Vec<InputId> = pins.map(|(id, _)| id).collect();
+    let mut random = Random::new(seed ^ 0xe_57_0b);
+    let Some(pin) = random.pick(&pins).copied().filter(|_| seed % 3 == 1) else { return net };
+    let mut net = net.into_inner();
+    let mut condition = Expr::leaf(Leaf::Input(pin), Span::default());
+    let steps: Vec<StepId> = net.steps.ids().collect();
+    if let Some(step) = random.pick(&steps).filter(|_| seed % 2 == 1) {
+        let other = Expr::leaf(Leaf::Active(*step), Span::default());
+        condition = match random.below(3) {
+            0 => Expr::and([condition, other]),
+            1 => Expr::or([condition, other]),
+            _ => Expr::or([condition.clone().not(), Expr::and([other, condition])]),
+        };
+    }
+    net.outputs.values_mut().for_each(|output| output.registered = false);
+    net.emergency = Some(Emergency { condition, meta: Meta::default() });
+    validate(net).expect("an emergency by a pin is valid")
+}
+
 /// The verdict about a division, if the reactions of the net end.
 fn proof(net: &Valid<Net>, division: &Division) -> Verdict<Joined, Apart> {
     let facts = structural_facts(&round_of(net).expect("a valid net has a round"));
@@ -171,9 +202,9 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
     let seeds = only.map_or(0..count("SPLIT_NETS", 60), |seed: u64| seed..seed + 1);
     let mut tally: BTreeMap<String, u32> = BTreeMap::new();
     let mut refused: BTreeMap<String, u32> = BTreeMap::new();
-    let (mut long, mut away) = (0, 0);
+    let (mut long, mut away, mut at_once) = (0, 0, 0);
     for seed in seeds {
-        let net = random_net(seed, &features(seed));
+        let net = net_to_divide(seed, &features(seed));
         let Some(parts) = division(&net, seed) else {
             let found = together(&net, Running::Lockstep).expect_err("it is refused");
             let rule = found.first().map(|it| it.message.clone()).unwrap_or_default();
@@ -205,9 +236,10 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         *tally.entry(format!("{} wires", wires.min(3))).or_default() += 1;
         long += reactions_of_several_rounds(&net, seed);
         away += u32::from(parts.parts.iter().any(|part| !away_steps(part).is_empty()));
+        at_once += u32::from(parts.parts.iter().any(|part| direct_inputs(part).next().is_some()));
     }
     println!(
-        "{tally:#?}, {away} with a step for the rest of a component, {long} reactions of several rounds; refused: {refused:#?}"
+        "{tally:#?}, {away} with a step for the rest of a component, {at_once} with pins of an emergency, {long} reactions of several rounds; refused: {refused:#?}"
     );
     assert!(refused.is_empty(), "{refused:#?}");
     if only.is_none() {
@@ -220,6 +252,7 @@ fn parts_are_the_net(features: fn(u64) -> Features) {
         assert!(hard * 50 <= all, "{hard} of {all} divisions are too hard to prove");
         assert_eq!(long >= 10, features(0).stable, "{long} reactions of several rounds");
         assert!(away * 40 >= all, "{away} of {all} divisions cut a component");
+        assert!(at_once * 10 >= all, "{at_once} of {all} divisions have pins of an emergency");
         assert!(tally.get("3 wires").is_some_and(|n| n * 2 > all), "most divisions have wires");
     }
 }
@@ -402,7 +435,7 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
     let mut net = part.net.clone().into_inner();
     let transitions: Vec<_> = net.transitions.ids().collect();
     let steps: Vec<_> = net.steps.ids().collect();
-    let what = match random.below(11) {
+    let what = match random.below(13) {
         0 => {
             let wires: Vec<_> = part
                 .inputs
@@ -482,6 +515,25 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             transition.enters.retain(|enter| *enter != Enter::Step(id));
             "the step for the rest of a component is not changed"
         }
+        10 => {
+            direct_inputs(part).next()?;
+            let emergency = net.emergency.as_mut()?;
+            let pins: Vec<InputId> = direct_inputs(part).collect();
+            let is_pin = |leaf: &Leaf| matches!(leaf, Leaf::Input(id) if pins.contains(id));
+            let now = |expr: &Expr| expr.leaves().any(is_pin);
+            let ExprKind::Or(all) = &emergency.condition.kind else { return None };
+            let kept = all.iter().filter(|one| now(one) && one.leaves().all(|leaf| is_pin(leaf)));
+            emergency.condition = Expr::or(kept.cloned());
+            "an emergency ends before the row in which the latched inputs end it"
+        }
+        11 => {
+            let pin = direct_inputs(part).next()?;
+            let id = *random.pick(&transitions)?;
+            let guard = net.transitions[id].guard.clone();
+            net.transitions[id].guard =
+                Expr::and([guard, Expr::leaf(Leaf::Input(pin), Span::default()).not()]);
+            "a receptivity reads the pin of an emergency"
+        }
         _ => {
             let id = *random.pick(&steps)?;
             if net.steps[id].entry.is_empty() {
@@ -513,7 +565,7 @@ fn spoiled_divisions_of_stable_nets_are_not_proved() {
 fn spoiled_are_not_proved(features: fn(u64) -> Features) {
     let (mut refused, mut equal) = (0, 0);
     for seed in 0..count("SPOILED_NETS", 60) {
-        let net = random_net(seed, &features(seed));
+        let net = net_to_divide(seed, &features(seed));
         let Some(parts) = division(&net, seed) else { continue };
         let mut random = Random::new(seed ^ 0x0bad);
         let Some((wrong, what)) = spoiled(&parts, &mut random) else { continue };

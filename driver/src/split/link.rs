@@ -257,7 +257,8 @@ fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
     let mut pins = ChipPins {
         device: device.to_owned(),
         grounded: chip.enables.clone(),
-        held: held(&chip.read_back, part),
+        held: held(&chip.read_back, part, |output| output.mealy),
+        moving: held(&chip.read_back, part, |_| false),
         ..ChipPins::default()
     };
     for input in chip.circuit.inputs.values() {
@@ -304,15 +305,15 @@ fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
     Ok(pins)
 }
 
-/// The inputs on which a flip-flop or a wire of a chip depends, according to its fuses or text.
-fn held(logic: &Logic, part: &PartNet) -> BTreeSet<InputId> {
+/// The inputs on which a flip-flop, a wire or an output of the plant that is `early` depends, according to the fuses or text of a chip.
+fn held(logic: &Logic, part: &PartNet, early: impl Fn(&PinOutput) -> bool) -> BTreeSet<InputId> {
     let is_plain = |output: &&PinOutput| {
         let shown = match output.role {
             PinRole::Output(id, _) => part.outputs.iter().find(|(own, _)| *own == id),
             _ => None,
         };
         let is_of_plant = matches!(shown, Some((_, Shown::Output(_))));
-        is_of_plant && output.registered.is_none() && !output.mealy
+        is_of_plant && output.registered.is_none() && !early(output)
     };
     let outputs = logic.outputs.values().filter(|output| !is_plain(output));
     let next = logic.flops.values().map(|flop| flop.next);

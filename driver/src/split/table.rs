@@ -97,7 +97,8 @@ pub(super) fn cpu_pins(net: &Net, split: &Split, linked: &Linked) -> u64 {
     let own = |id| split.division.owners.outputs[id] == cpu;
     let outputs = net.outputs.iter().filter(|(id, it)| !it.is_extern() && own(*id));
     let outputs: u64 = outputs.map(|(_, it)| bits(it.ty)).sum();
-    let direct: BTreeSet<InputId> = linked.link.direct.iter().map(|one| one.input).gather();
+    let direct: BTreeSet<InputId> =
+        linked.link.direct.iter().filter(|one| !one.is_emergency).map(|one| one.input).gather();
     let direct: u64 = direct.into_iter().map(|id| bits(net.inputs[id].ty)).sum();
     (input_bits(net) + outputs + link).saturating_sub(direct)
 }

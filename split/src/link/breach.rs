@@ -30,7 +30,8 @@ pub enum Why {
     Direction(End),
     /// A connection is labelled with a different signal from the one that its pins carry.
     Label(ConnectionIndex),
-    /// An input that is wired to chips alone has an effect on more than their combinational outputs, is also passed on, or is not a pin of the plant.
+    /// An input that is wired to a chip without the CPU has an effect on more than combinational outputs, is also passed on (except for an emergency), or is not a
+    /// pin of the plant.
     Latched(InputId),
     /// An input of a chip that runs on its own does not pass through two synchronising flip-flops.
     Unsynchronised(End),
@@ -84,7 +85,7 @@ impl fmt::Display for Breach {
             }
             Why::Latched(input) => write!(
                 f,
-                "input {} is wired to chips alone, but must be latched by the CPU",
+                "input {} is wired to a chip without the CPU, but something that must be latched depends on it",
                 input.index() + 1
             ),
             Why::Unsynchronised(end) => {
@@ -132,6 +133,8 @@ pub(super) enum Value {
     Old,
     /// A bit of an input of the net, latched in this round.
     Input(InputId, u32),
+    /// A bit of an input of the net, as its pin shows it at every moment.
+    Direct(InputId, u32),
     /// Whether this round has a tick.
     Tick,
     /// What a wire shows in this round.
@@ -166,6 +169,7 @@ pub(super) fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(P
                         net.inputs.iter().find(|(id, _)| *id == input).ok_or(Why::Unknown)?;
                     let value = match *source {
                         Source::Input(input) => Value::Input(input, signal.bit),
+                        Source::Direct(input) => Value::Direct(input, signal.bit),
                         Source::Wire(signal) => Value::Wire(signal),
                         Source::More => Value::More,
                     };

@@ -108,7 +108,7 @@ impl<'l> Run<'l> {
             connections,
             division,
             cpu,
-            direct: link.direct.iter().map(|one| one.input).gather(),
+            direct: bypassing(&link.direct).collect(),
             wanted,
             at,
             values,
@@ -298,6 +298,7 @@ impl<'l> Run<'l> {
                 Source::Input(_) if !part.net.inputs[input].kind.is_handed() => continue,
                 Source::Input(from) if self.direct.contains(&from) => continue,
                 Source::Input(from) => Value::Input(from, 0),
+                Source::Direct(from) => Value::Direct(from, 0),
                 Source::Wire(signal) => Value::Wire(signal),
                 Source::More => Value::More,
             };
@@ -368,12 +369,16 @@ fn bypass(
     for one in direct {
         for end in &one.to {
             match wanted.remove(end) {
-                Some(Value::Input(input, bit)) if (input, bit) == (one.input, one.bit) => {}
+                Some(Value::Input(input, bit))
+                    if !one.is_emergency && (input, bit) == (one.input, one.bit) => {}
+                Some(Value::Direct(input, bit))
+                    if one.is_emergency && (input, bit) == (one.input, one.bit) => {}
                 _ => return Err(Why::Direction(*end)),
             }
         }
     }
-    let all: BTreeSet<InputId> = direct.iter().map(|one| one.input).gather();
+    at_once(division, chips)?;
+    let all: BTreeSet<InputId> = bypassing(direct).collect();
     let is_direct = |value: &Value| matches!(value, Value::Input(input, _) if all.contains(input));
     for input in &all {
         let latched = Err(Why::Latched(*input));
@@ -411,6 +416,25 @@ fn bypass(
         Some(Value::Input(input, _)) => Err(Why::Latched(*input)),
         _ => Ok(()),
     }
+}
+
+/// The inputs that are wired to chips alone.
+fn bypassing(direct: &[Direct]) -> impl Iterator<Item = InputId> + '_ {
+    direct.iter().filter(|one| !one.is_emergency).map(|one| one.input)
+}
+
+/// Checks that no flip-flop and no wire of a chip depends on the pin of an emergency, which may change at any moment of the round.
+fn at_once(division: &Division, chips: &[ChipPins]) -> Result<(), Why> {
+    for (part, chip) in division.parts.iter().zip(chips) {
+        for (own, source) in part.inputs.iter() {
+            if let Source::Direct(input) = *source
+                && chip.moving.contains(&own)
+            {
+                return Err(Why::Latched(input));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// True if an output of a part shows an input at a certain moment: before the clock edge, at it, or as part of an emergency, whose level in reset makes the outputs

@@ -271,7 +271,7 @@ impl<'l> Text<'l> {
                 Source::Input(id) if self.link.once.contains(&id) => {
                     Some((functions, net.inputs[id].ty))
                 }
-                Source::Input(_) | Source::Wire(_) | Source::More => None,
+                Source::Input(_) | Source::Direct(_) | Source::Wire(_) | Source::More => None,
             }
         })
     }

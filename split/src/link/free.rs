@@ -32,7 +32,7 @@ pub(super) fn acts(request: &Request<'_>, connections: &[Connection]) -> Vec<Act
             Source::Input(from) if part.net.inputs[to].kind.is_handed() => {
                 Some(Act::Hand { from, to })
             }
-            Source::Input(_) | Source::More => None,
+            Source::Input(_) | Source::Direct(_) | Source::More => None,
             Source::Wire(signal) => at(signal).map(|connection| Act::Get { connection, to }),
         });
     }

@@ -74,7 +74,7 @@ fn conditions(request: &Request<'_>) -> Vec<InputId> {
     let is_extern = |id: &InputId| request.net.inputs[*id].kind == InputKind::Extern;
     let inputs = sources.filter_map(|source| match source {
         Source::Input(id) => Some(*id),
-        Source::Wire(_) | Source::More => None,
+        Source::Direct(_) | Source::Wire(_) | Source::More => None,
     });
     inputs.filter(is_extern).collect()
 }
@@ -146,6 +146,7 @@ impl Maker<'_> {
     fn connect_inputs(&mut self, namer: &mut Namer) {
         let request = self.request;
         let mut ends: BTreeMap<(InputId, u32), Vec<End>> = BTreeMap::new();
+        let mut at_once: BTreeMap<InputId, Vec<End>> = BTreeMap::new();
         for (part, chip) in request.chips.iter().enumerate() {
             for signal in &chip.signals {
                 let Object::Input(input) = signal.object else { continue };
@@ -156,6 +157,10 @@ impl Maker<'_> {
                     ));
                     continue;
                 };
+                let end = End { part, pin: signal.pin };
+                if let Source::Direct(input) = source {
+                    at_once.entry(input).or_default().push(end);
+                }
                 let Source::Input(input) = source else { continue };
                 let Some(declared) = request.net.inputs.get(input) else { continue };
                 if !declared.kind.is_handed() {
@@ -165,7 +170,7 @@ impl Maker<'_> {
                     ));
                     continue;
                 }
-                ends.entry((input, signal.bit)).or_default().push(End { part, pin: signal.pin });
+                ends.entry((input, signal.bit)).or_default().push(end);
             }
         }
         let direct = match request.division.running {
@@ -176,10 +181,15 @@ impl Maker<'_> {
             let declared = &request.net.inputs[input];
             let name = bit_name(&declared.name.text, declared.ty.is_bool(), bit);
             if direct.contains(&input) {
-                self.direct.push(Direct { name: namer.name(&name), input, bit, to });
+                let name = namer.name(&name);
+                self.direct.push(Direct { name, input, bit, to, is_emergency: false });
                 continue;
             }
             self.driven(&name, Carries::Input { input, bit }, to, namer);
+        }
+        for (input, to) in at_once {
+            let name = namer.name(&format!("{}_direct", request.net.inputs[input].name.text));
+            self.direct.push(Direct { name, input, bit: 0, to, is_emergency: true });
         }
     }
 
@@ -438,7 +448,7 @@ fn acts(request: &Request<'_>, connections: &[Connection], direct: &[Direct]) ->
     for (to, source) in part.inputs.iter() {
         if let Source::Input(from) = *source
             && part.net.inputs[to].kind.is_handed()
-            && direct.iter().all(|one| one.input != from)
+            && direct.iter().all(|one| one.is_emergency || one.input != from)
         {
             acts.push(Act::Hand { from, to });
         }

@@ -107,8 +107,10 @@ pub struct ChipPins {
     pub clock: Option<u32>,
     /// The pin that is 1 in a round in which a tick passes; `None` if the chip has no timer.
     pub tick: Option<u32>,
-    /// The inputs of the part on which a flip-flop or a wire of the fitted chip depends.
+    /// The inputs of the part on which a flip-flop, a wire or a mealy output of the fitted chip depends.
     pub held: BTreeSet<InputId>,
+    /// Those on which a flip-flop or a wire depends.
+    pub moving: BTreeSet<InputId>,
     /// The number of flip-flops through which each input pin passes first, if there are any.
     pub synchronisers: BTreeMap<u32, usize>,
     /// The output pins that a flip-flop drives.
@@ -224,7 +226,7 @@ pub struct Connection {
     pub pull: Option<bool>,
 }
 
-/// An input of the plant that is wired to chips alone: the CPU neither reads it nor passes it on.
+/// An input of the plant that is wired to chips.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Direct {
     /// A name that no connection has.
@@ -235,6 +237,8 @@ pub struct Direct {
     pub bit: u32,
     /// The pins of the chips.
     pub to: Vec<End>,
+    /// True if the CPU latches the input and passes it on, too, and only the emergency of the chips reads these pins; else the CPU neither reads it nor passes it on.
+    pub is_emergency: bool,
 }
 
 /// The index of a connection in [`Link::connections`].
@@ -315,7 +319,7 @@ pub enum Act {
 pub struct Link {
     /// Clock, tick, inputs, wires, outputs to the plant.
     pub connections: Vec<Connection>,
-    /// The inputs that are wired to chips alone; if the parts run on their own, all inputs of chips, which the CPU may read too.
+    /// The inputs that are wired to chips alone, and those that an emergency also reads there; if the parts run on their own, all inputs of chips, which the CPU may read too.
     pub direct: Vec<Direct>,
     /// The pins that get a clock of their own, if the parts run on their own.
     pub oscillator: Vec<End>,

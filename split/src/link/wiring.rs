@@ -52,13 +52,25 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n\
              The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
              ";
-    text += if link.direct.is_empty() {
-        "Connect the inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n"
-    } else {
-        "Connect the other inputs of the plant only to the CPU. It latches them, so all parts see the same values.\n\
-         The inputs that the table connects from the plant to chips are not connected to the CPU, which does not read them. Only outputs of these chips depend on them, and\n\
-         follow them at any time, also between two rounds and before the first one. Such an input has the value of the moment in which a round ends.\n"
-    };
+    let (emergency, direct): (Vec<_>, Vec<_>) =
+        link.direct.iter().partition(|one| one.is_emergency);
+    if !emergency.is_empty() {
+        text += "Connect the inputs that the table marks \"for the emergency\" to the CPU, too: these chips make their outputs safe without the CPU.\n";
+    }
+    let is_all = emergency.is_empty() && direct.is_empty();
+    _ = writeln!(
+        text,
+        "Connect the {}inputs of the plant only to the CPU. It latches them, so all parts see the same values.",
+        if is_all { "" } else { "other " }
+    );
+    if !direct.is_empty() {
+        let which = if emergency.is_empty() { "The" } else { "The other" };
+        _ = writeln!(
+            text,
+            "{which} inputs that the table connects from the plant to chips are not connected to the CPU, which does not read them. Only outputs of these chips depend on them, and\n\
+             follow them at any time, also between two rounds and before the first one. Such an input has the value of the moment in which a round ends."
+        );
+    }
     text
 }
 
@@ -105,7 +117,10 @@ pub fn wiring_rows(request: &Request<'_>, link: &Link) -> Vec<[String; 5]> {
     }
     for one in &link.direct {
         let carries = Carries::Input { input: one.input, bit: one.bit };
-        let carried = carried(request, carries);
+        let mut carried = carried(request, carries);
+        if one.is_emergency {
+            carried += ", for the emergency";
+        }
         rows.push([one.name.clone(), carried, ends(&[]), ends(&one.to), none()]);
     }
     for (part, pin) in grounded(request) {

@@ -4,7 +4,8 @@
 //! 1. after reset the parts are in the state that the net's reset state gives them, with equal outputs;
 //! 2. whether a part's own transitions fire does not depend on its wires, so there is no loop of wires through several parts;
 //! 3. from every S and for every row, each wire shows whether its transition fires in the net; and if the wires have these values, each part is afterwards in the
-//!    state that the net's next state gives it, and its outputs are those of the net.
+//!    state that the net's next state gives it, and its outputs are those of the net;
+//! 4. if a chip reads the pins of an emergency directly, any levels of these pins only give some of its outputs their safe values ([`at_once`]).
 //!
 //! A part may compare a time with smaller constants than the net does. Its counter is modelled with the cap of the net: a counter that counts beyond all constants
 //! that it is compared with gives the same results. A part under `priority-age` may also store a relative age that nothing in the net depends on; its value is
@@ -18,6 +19,7 @@
 //! By induction the parts then have the net's outputs, steps and variables in every row. The proof uses the second encoding of the reaction for the net and for each
 //! part. The division is a claim: the proof does not trust it, but checks which object each object of a part copies.
 
+mod at_once;
 mod statechart;
 mod words;
 
@@ -215,7 +217,7 @@ fn assumes_no_more(net: &Net, part: &PartNet) -> Result<(), Failed> {
         let never = property.never.map_leaves(&|leaf| match leaf {
             PropertyLeaf::Net(Leaf::Input(id)) => match part.inputs[*id] {
                 Source::Input(old) => PropertyLeaf::Net(Leaf::Input(old)),
-                Source::Wire(_) | Source::More => {
+                Source::Direct(_) | Source::Wire(_) | Source::More => {
                     PropertyLeaf::Net(Leaf::Input(InputId::from_index(usize::MAX)))
                 }
             },
@@ -331,7 +333,7 @@ impl Proof<'_> {
         // 3. The reaction, if each wire shows whether its transition fires.
         for (value, source) in own_inputs.values.iter_mut().zip(part.inputs.values()) {
             match source {
-                Source::Input(_) => {}
+                Source::Input(_) | Source::Direct(_) => {}
                 Source::Wire(signal) => *value = Value::Flag(fires.shows(*signal)?),
                 Source::More => {
                     let moving = fires.moving.iter().map(|id| fires.of(*id));
@@ -355,6 +357,8 @@ impl Proof<'_> {
         }));
         let of_next = Wanted { net, whole, of: next, fires };
         pairs.extend(of_next.pairs(maker, part, &own, false)?);
+        // 4. The pins of an emergency.
+        pairs.extend(at_once::pairs(maker, part, (&given, &own_inputs), &own)?);
         Ok(pairs)
     }
 
@@ -400,7 +404,7 @@ fn independent(
     let mut free = Vec::new();
     for source in part.inputs.values() {
         own.values.push(match source {
-            Source::Input(id) => inputs.values[id.index()].clone(),
+            Source::Input(id) | Source::Direct(id) => inputs.values[id.index()].clone(),
             Source::Wire(_) | Source::More => {
                 let lit = maker.aig.variable();
                 free.push(lit);
@@ -611,7 +615,7 @@ fn old_origin(part: &PartNet, origin: Origin) -> Option<(Origin, bool)> {
         Origin::ActionTimer(id, timer) => Origin::ActionTimer(part.actions[id], timer),
         Origin::Pending(id) => match part.inputs[id] {
             Source::Input(old) => Origin::Pending(old),
-            Source::Wire(_) | Source::More => return None,
+            Source::Direct(_) | Source::Wire(_) | Source::More => return None,
         },
         _ => return None,
     };

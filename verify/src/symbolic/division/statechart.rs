@@ -20,7 +20,7 @@ use super::super::reaction::{Inputs, Maker};
 use super::super::shared::Shared;
 use super::super::state::{State, Value};
 use super::words::wire;
-use super::{Apart, Failed, Joined, Pair, Proof, What};
+use super::{Apart, Failed, Joined, Pair, Proof, What, at_once};
 use crate::limits::Limits;
 use crate::verdict::Scope;
 
@@ -139,7 +139,7 @@ impl Proof<'_> {
         let mut own = Inputs { values: Vec::new(), tick: inputs.tick, dt: inputs.dt.clone() };
         for source in part.inputs.values() {
             own.values.push(match source {
-                Source::Input(id) => inputs.values[id.index()].clone(),
+                Source::Input(id) | Source::Direct(id) => inputs.values[id.index()].clone(),
                 Source::More => {
                     let reason = "a chip waits for another round, but a statechart has none";
                     return Err(Failed::Open(reason.to_owned()));
@@ -203,5 +203,6 @@ fn pairs(
             at_reset: false,
         }));
     }
+    pairs.extend(at_once::pairs(maker, part, (&reset.state, inputs), &next)?);
     Ok(pairs)
 }
