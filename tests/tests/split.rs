@@ -522,7 +522,7 @@ fn spoiled(division: &Division, random: &mut Random) -> Option<(Division, String
             let is_pin = |leaf: &Leaf| matches!(leaf, Leaf::Input(id) if pins.contains(id));
             let now = |expr: &Expr| expr.leaves().any(is_pin);
             let ExprKind::Or(all) = &emergency.condition.kind else { return None };
-            let kept = all.iter().filter(|one| now(one) && one.leaves().all(|leaf| is_pin(leaf)));
+            let kept = all.iter().filter(|one| now(one) && one.leaves().all(is_pin));
             emergency.condition = Expr::or(kept.cloned());
             "an emergency ends before the row in which the latched inputs end it"
         }
