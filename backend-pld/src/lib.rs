@@ -135,6 +135,8 @@ pub struct EmitOptions {
     pub vectors: Option<Vectors>,
     /// Verilog: a reset input in addition to the initial values.
     pub reset: Option<Reset>,
+    /// Equations: an input with this name that sets every register to its initial value at the next clock.
+    pub reset_wire: Option<String>,
     /// Use the don't-cares of the circuit ([`Logic::never`], [`Logic::unreachable`], [`Logic::open`]): if the chart's assumptions are violated, the text
     /// then behaves differently.
     pub dont_cares: bool,

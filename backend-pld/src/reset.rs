@@ -1,4 +1,4 @@
-//! Removes a reset input, which a text has in addition to its circuit, from the circuit that was read back.
+//! A reset input, which an output has in addition to its circuit: [`add`] puts it into the functions, [`strip`] removes it from the circuit that was read back.
 //!
 //! The chart has no reset: it starts in its initial situation. [`strip`] first checks that with the reset high every register gets its initial value
 //! regardless of everything else, and returns the circuit in which the reset is always low: that circuit is proved equal to the chart.
@@ -6,8 +6,65 @@
 use crate::codes;
 use grafsynth_ir::arena::{Arena, IdMap};
 use grafsynth_ir::diag::Diagnostic;
-use grafsynth_ir::logic::{Logic, Node, NodeId, PinInput, PinInputId, PinRole};
+use grafsynth_ir::logic::{
+    Flop, FlopId, Function, Logic, Node, NodeId, Open, PinInput, PinInputId, PinOutputId, PinRole,
+};
 use grafsynth_logic::build::{Builder, map_operands};
+use std::collections::BTreeSet;
+
+/// The circuit with a reset input: while it is high, the clock sets every register to its initial value, whatever the state is. So the don't-cares of a register
+/// are only those of the other clocks. A circuit whose registers never change has no such input.
+#[must_use]
+pub fn add(mut logic: Logic, name: &str) -> Logic {
+    let changes = |next: NodeId, init: bool| logic.nodes[next] != Node::Const(init);
+    let is_held = |id: FlopId, next: NodeId| logic.nodes[next] == Node::Flop(id);
+    let of_outputs = logic.outputs.iter();
+    let of_outputs: Vec<(PinOutputId, bool)> = of_outputs
+        .filter_map(|(id, output)| Some((id, output.registered?)))
+        .filter(|(id, init)| changes(logic.outputs[*id].value, *init))
+        .collect();
+    let flops = logic.flops.iter();
+    let flops =
+        flops.filter(|(id, flop)| changes(flop.next, flop.init) && !is_held(*id, flop.next));
+    let flops: Vec<FlopId> = flops.map(|(id, _)| id).collect();
+    if flops.is_empty() && of_outputs.is_empty() {
+        return logic;
+    }
+    let (name, meta) = (name.to_owned(), Default::default());
+    let reset = logic.inputs.push(PinInput { name, role: PinRole::Reset, meta });
+    let free: Vec<NodeId> = logic.never.drain(..).chain(logic.unreachable.drain(..)).collect();
+    let open = std::mem::take(&mut logic.open);
+    let mut builder = Builder::resume(logic);
+    let reset = builder.input(reset);
+    let runs = builder.not(reset);
+    let free = builder.or(free);
+    let of_flops = flops.iter().map(|id| Function::Next(*id));
+    let registers: BTreeSet<Function> =
+        of_flops.chain(of_outputs.iter().map(|(id, _)| Function::Output(*id))).collect();
+    let others = builder.logic.outputs.ids().map(Function::Output);
+    let others: Vec<Function> = others.filter(|of| !registers.contains(of)).collect();
+    let all = registers.iter().copied().chain(others).map(|of| Open { of, when: free });
+    let all: Vec<Open> = all.chain(open).collect();
+    for Open { of, when } in all {
+        let when = if registers.contains(&of) { builder.and([runs, when]) } else { when };
+        if builder.as_constant(when) != Some(false) {
+            builder.logic.open.push(Open { of, when });
+        }
+    }
+    let held = |builder: &mut Builder, next: NodeId, init: bool| match init {
+        true => builder.or([reset, next]),
+        false => builder.and([runs, next]),
+    };
+    for id in flops {
+        let Flop { next, init, .. } = builder.logic.flops[id];
+        builder.logic.flops[id].next = held(&mut builder, next, init);
+    }
+    for (id, init) in of_outputs {
+        let value = builder.logic.outputs[id].value;
+        builder.logic.outputs[id].value = held(&mut builder, value, init);
+    }
+    builder.finish()
+}
 
 /// The circuit without its reset inputs.
 ///
@@ -20,7 +77,10 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let held = with_reset(&logic, true);
     let is_kept = |next: NodeId, init: bool| held.nodes[next] != Node::Const(init);
     let flops = logic.flops.iter().zip(held.flops.values());
-    let flops = flops.filter(|((_, old), new)| is_kept(new.next, old.init));
+    // A register that never changes has its initial value from power-up on.
+    let is_fixed = |id: FlopId, next: NodeId| held.nodes[next] == Node::Flop(id);
+    let flops =
+        flops.filter(|((id, old), new)| is_kept(new.next, old.init) && !is_fixed(*id, new.next));
     let outputs = logic
         .outputs
         .values()

@@ -53,6 +53,7 @@ pub(crate) fn engine(
         parts: &parts,
         places: &places,
         running,
+        reset: !partition.no_reset,
         objective,
         fits: FITS,
         stem: &stem,

@@ -34,6 +34,8 @@ pub struct BuildOptions {
     pub synchronise: u32,
     /// Verilog: a reset input.
     pub reset: Option<Reset>,
+    /// Equations and fuse maps: an input with this name that sets every register to its initial value at the next clock.
+    pub reset_wire: Option<String>,
     /// Pins of an earlier build, by the names in its file: signals keep their pins if that is still possible.
     pub keep_pins: Vec<(String, u32)>,
     /// The state encoding.

@@ -6,7 +6,7 @@
 
 use grafsynth_backend_pld::device::{Device, PowerUp};
 use grafsynth_backend_pld::equations::Equations;
-use grafsynth_backend_pld::{Dialect, EmitOptions, too_small};
+use grafsynth_backend_pld::{Dialect, EmitOptions, reset, too_small};
 use grafsynth_ir::Gather;
 use grafsynth_ir::facts::{Facts, is_active};
 use grafsynth_ir::logic::{FlopId, Logic, PinRole};
@@ -300,7 +300,8 @@ pub fn code_timed(
 fn heard(logic: &Logic, dialect: Dialect, options: &EmitOptions) -> Option<Logic> {
     let device = device_of(options).filter(|_| dialect.is_flat())?;
     // The clock and the supplies have pins too.
-    let n_signals = logic.inputs.len() + logic.outputs.len() + logic.flops.len() + 3;
+    let n_inputs = logic.inputs.len() + usize::from(options.reset_wire.is_some());
+    let n_signals = n_inputs + logic.outputs.len() + logic.flops.len() + 3;
     (n_signals > device.n_pins as usize)
         .then(|| grafsynth_logic::build::without_unread_inputs(logic.clone()))
 }
@@ -330,6 +331,14 @@ impl EncodedLogic {
             logic.unreachable.clear();
         }
         logic
+    }
+
+    /// That circuit with the reset input of the options, if they want one.
+    pub(crate) fn with_reset(logic: Logic, options: &EmitOptions) -> Logic {
+        match &options.reset_wire {
+            Some(name) => reset::add(logic, name),
+            None => logic,
+        }
     }
 }
 
@@ -482,7 +491,7 @@ impl EncodedLogic {
 
     /// Makes the equations for a language, unless counting shows that the device is too small. The error is what the device lacks.
     fn fit(&mut self, dialect: Dialect, options: &EmitOptions) -> Result<(), String> {
-        let logic = self.emitted();
+        let logic = EncodedLogic::with_reset(self.emitted(), options);
         if let Some(lack) = too_small(&logic, options) {
             return Err(lack);
         }

@@ -63,6 +63,7 @@ impl BuildContext<'_> {
         EmitOptions {
             dont_cares: self.options.dont_cares && self.medium.dialect().is_flat(),
             keep: self.options.keep_pins.clone(),
+            reset_wire: self.options.reset_wire.clone(),
             ..emit_options(self.net, self.options.device.as_deref(), None)
         }
     }

@@ -49,6 +49,7 @@ use grafsynth_verify::{
     Apart, Joined, Open, OpenReason, Race, RoundFacts, Settled, joined, settles,
 };
 use search::Fitted;
+use std::collections::BTreeSet;
 
 /// The device of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,6 +102,8 @@ pub struct Request<'a> {
     pub places: &'a [Place],
     /// How the parts run together.
     pub running: Running,
+    /// Whether the CPU gets a wire that resets the chips, in lockstep.
+    pub reset: bool,
     /// What is minimised.
     pub objective: Objective,
     /// After the first partition that fits, the number of partitions that may be built to find a better one, or to show that there is none.
@@ -316,6 +319,9 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
                 // A reaction of several clocks would take longer than its stated time.
                 options.busy = pipeline::BusyMode::Never;
             }
+            if request.running == Running::Lockstep && request.reset {
+                options.reset_wire = Some(reset_name(net));
+            }
             // The link needs the pins, which the data of the report contain.
             options.report = true;
             if device.layout.is_some() {
@@ -332,6 +338,20 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
     let facts = pipeline::facts(net, &options.limits);
     let built = pipeline::build(net, &facts, &[target], &options);
     BuiltPart { facts, options, built }
+}
+
+/// A name for the wire with which the CPU resets a chip, other than the names in its net.
+fn reset_name(net: &Net) -> String {
+    let inputs = net.inputs.values().map(|it| &it.name.text);
+    let outputs = net.outputs.values().map(|it| &it.name.text);
+    let steps = net.steps.values().map(|it| &it.name.text);
+    let vars = net.vars.values().map(|it| &it.name.text);
+    let used: BTreeSet<&String> = inputs.chain(outputs).chain(steps).chain(vars).collect();
+    let mut name = "reset".to_owned();
+    while used.contains(&name) {
+        name.push('_');
+    }
+    name
 }
 
 /// The findings when there is no partition.

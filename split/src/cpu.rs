@@ -227,6 +227,7 @@ const ATTINY2313: Cpu = Cpu {
 };
 
 /// `STM32F103C8`. The debugger (PA13 to PA15, PB3, PB4), the start-up mode (PB2) and the slow oscillator (PC14, PC15) are not listed.
+/// PC13, which drives at most 3 mA and 2 MHz, is last.
 const STM32F103: Cpu = Cpu {
     name: "stm32f103",
     package: "LQFP-48",
@@ -260,6 +261,7 @@ const STM32F103: Cpu = Cpu {
         low('B', 0, 18),
         low('B', 1, 19),
         low('B', 5, 41),
+        low('C', 13, 2),
     ],
     clock_hz: 72_000_000,
     clocks_per_cycle: 1,

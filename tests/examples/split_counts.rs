@@ -88,6 +88,7 @@ fn row(net: &Valid<Net>, objective: Objective) -> (String, bool) {
         parts: &parts,
         places: &[],
         running: Running::Lockstep,
+        reset: true,
         objective,
         fits: 8,
         stem: &stem,

@@ -97,6 +97,7 @@ fn random_split(net: &Valid<Net>, seed: u64) -> Option<Split> {
         parts: &parts(),
         places: &places,
         running: Running::Lockstep,
+        reset: true,
         objective: Objective::Cycles,
         fits: 1,
         stem: &stem,

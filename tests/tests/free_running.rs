@@ -729,6 +729,7 @@ fn a_microsecond_needs_a_chip_with_a_clock_of_its_own() {
             parts: &parts,
             places: &[],
             running,
+            reset: true,
             objective: Objective::Pins,
             fits: 4,
             stem: &stem,

@@ -88,6 +88,7 @@ fn no_partition_that_fits_is_better_than_the_best() {
                 parts: &parts,
                 places,
                 running: Running::Lockstep,
+                reset: true,
                 objective,
                 fits,
                 stem,

@@ -47,6 +47,7 @@ fn split_on(
         parts: &[part("chip", chip), part("cpu", cpu)],
         places: &[],
         running: Running::Lockstep,
+        reset: true,
         objective,
         fits: 4,
         stem: &stem,

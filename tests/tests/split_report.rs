@@ -39,6 +39,7 @@ fn request<'a>(
         parts,
         places: &[],
         running: Running::Lockstep,
+        reset: true,
         objective,
         fits: 4,
         stem,

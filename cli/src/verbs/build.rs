@@ -259,6 +259,7 @@ fn options(
         encoding: arguments.encoding,
         dont_cares: !arguments.no_dc,
         safe: arguments.safe,
+        reset_wire: None,
         reset: arguments
             .reset
             .as_ref()

@@ -65,6 +65,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         parts: &parts,
         places: &places,
         running: arguments.link.or(written.partition.running).unwrap_or_default(),
+        reset: !(arguments.no_reset || written.partition.no_reset),
         objective: arguments.minimise,
         fits: FITS,
         stem: &stem,
@@ -96,7 +97,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         Some(form) => report(form, &design, (&split, &link), &request),
     };
     let made = (made_of, link, report);
-    let exit = finish(session, arguments, net, &stem, (split, &parts), made, found)?;
+    let exit = finish(session, arguments, net, &stem, (split, &request), made, found)?;
     if let Some(table) = table {
         session.tell(&format!("\n{table}\n"));
     }
@@ -161,6 +162,7 @@ fn explore(
                 parts,
                 places,
                 running: arguments.link.unwrap_or_default(),
+                reset: !arguments.no_reset,
                 objective,
                 fits: FITS,
                 stem: &stem,
@@ -295,7 +297,7 @@ fn finish(
     arguments: &Arguments,
     net: &Valid<Net>,
     stem: &FileStem,
-    (split, parts): (Split, &[RequestedPart]),
+    (split, request): (Split, &Request<'_>),
     (made_of, link, report): (Vec<files::Hashed>, Linked, Vec<OutputFile>),
     found: Vec<grafsynth_ir::Diagnostic>,
 ) -> Result<Exit, Stop> {
@@ -323,7 +325,7 @@ fn finish(
             keep_existing: file.keep_existing,
         });
         let mut outputs: Vec<files::Output> = written.collect();
-        let text = split::write(net, &split, parts, arguments.minimise);
+        let text = split::write(net, &split, request);
         let name = format!("{stem}.split");
         // A partition that the user gave, perhaps edited, is not overwritten.
         let keep_existing = arguments.with.is_some();
@@ -337,7 +339,7 @@ fn finish(
     }
     for (at, part) in split.parts.iter().enumerate() {
         let own = &split.division.parts[at].net;
-        session.tell(&about(net, &split, parts, at));
+        session.tell(&about(net, &split, request.parts, at));
         let lines: Vec<OutputReport> = part.built.lines.clone();
         say(session, own, None, &lines, None)?;
     }

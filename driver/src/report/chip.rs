@@ -13,7 +13,9 @@ use grafsynth_backend_pld::placement::{CellKind, Placement, Product};
 use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Dialect, Emitted, Object};
 use grafsynth_ir::Gather;
-use grafsynth_ir::logic::{FlopBit, FlopId, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole};
+use grafsynth_ir::logic::{
+    FlopBit, FlopId, Function, Logic, Node, NodeId, PinInputId, PinOutputId, PinRole,
+};
 use grafsynth_ir::names::is_unseen;
 use grafsynth_ir::net::Meta;
 use grafsynth_logic::minimise::{Budget, Minimum, sum_between};
@@ -431,6 +433,14 @@ impl Chip {
         for cell in &mut self.cells {
             let Some(node) = question(&mut with_forms, &self.signals, cell) else { continue };
             let inverters = cell.inverter.iter().count();
+            let function = match self.signals[cell.signals[0]].kind {
+                Kind::Flop(id) => Some(Function::Next(id)),
+                Kind::Output(id) => Some(Function::Output(id)),
+                Kind::Clock | Kind::Reset | Kind::Input(_) | Kind::Buried => None,
+            };
+            let own = function.filter(|_| dont_cares).into_iter();
+            let own = own.flat_map(|function| circuit.open_where(function));
+            let open: Vec<NodeId> = open.iter().copied().chain(own).collect();
             let ask = |open: &[NodeId]| {
                 let (sum, minimum) =
                     sum_between(&with_forms, node, cell.is_complemented, open, budget).ok()?;

@@ -2,9 +2,9 @@
 
 use grafsynth_ir::division::Running;
 use grafsynth_ir::net::Net;
-use grafsynth_split::{Item, Objective};
+use grafsynth_split::Item;
 
-use super::{RequestedPart, Split};
+use super::{Request, Split};
 
 /// The contents of a partition file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -13,13 +13,16 @@ pub struct Written {
     pub parts: Vec<(String, String)>,
     /// How the parts run together, if a line says it.
     pub running: Option<Running>,
+    /// True if a line says that no wire resets the chips.
+    pub no_reset: bool,
     /// The places, in order: the object, the part, and the line number, from 1.
     pub places: Vec<(String, String, u32)>,
 }
 
 /// The text of the partition.
 #[must_use]
-pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objective) -> String {
+pub fn write(net: &Net, split: &Split, request: &Request<'_>) -> String {
+    let Request { parts, objective, .. } = *request;
     let mut text = format!(
         "# Partition of {}. To change it, edit this file and run: grafsynth split FILE --with THIS-FILE -o DIR\n",
         net.name
@@ -27,6 +30,9 @@ pub fn write(net: &Net, split: &Split, parts: &[RequestedPart], objective: Objec
     text += &format!("# minimised: {}\n\n", split.said(objective));
     if split.division.running != Running::default() {
         text += &format!("link {}\n", split.division.running.name());
+    }
+    if !request.reset {
+        text += "no reset\n";
     }
     for part in parts {
         text += &format!("part {} = {}\n", part.name, part.device.name());
@@ -87,6 +93,8 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
             line.strip_prefix("link ").and_then(|it| Running::named(it.trim()))
         {
             written.running = Some(running);
+        } else if line == "no reset" {
+            written.no_reset = true;
         } else if let Some(rest) = line.strip_prefix("place ")
             && let Some((names, part)) = rest.rsplit_once(" on ")
         {
@@ -97,7 +105,7 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
         } else {
             wrong.push((
                 number,
-                "expected `part NAME = DEVICE`, `place NAME, .. on PART` or `link free-running`"
+                "expected `part NAME = DEVICE`, `place NAME, .. on PART`, `link free-running` or `no reset`"
                     .to_owned(),
             ));
         }

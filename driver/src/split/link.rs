@@ -268,6 +268,7 @@ fn pins(chip: &Chip, part: &PartNet, device: &str) -> Result<ChipPins, String> {
                 pins.signals.push(ChipSignal { name, pin, object: Object::Input(id), bit });
             }
             PinRole::Tick => pins.tick = Some(pin_of(&input.name)?),
+            PinRole::Reset => pins.reset = Some(pin_of(&input.name)?),
             _ => {
                 return Err(format!(
                     "signal `{}` of {device} is not an input of the part",

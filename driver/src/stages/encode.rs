@@ -44,6 +44,7 @@ pub(crate) fn encode(context: &BuildContext<'_>) -> Result<Encoded, Vec<Diagnost
         coding::code_timed(cache, net, facts, timed, (choice, safe), medium.dialect(), &wishes);
     let logic = coded.emitted();
     let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
+    let circuit = EncodedLogic::with_reset(circuit, &wishes);
     let delayed = |stimulus| delayed_vectors(net, &logic, &circuit, &chains, stimulus);
     let vectors = options.stimulus.as_ref().map(delayed).transpose()?;
     let options = EmitOptions { reset: options.reset.clone(), vectors, ..wishes };

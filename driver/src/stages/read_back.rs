@@ -34,7 +34,7 @@ pub(crate) fn read_back(encoded: &Encoded, written: Written) -> Result<ReadBack,
         }
         Written::Fuses(text) => {
             let burned = jedec::read_back(text)?;
-            let circuit = burned.logic.clone();
+            let circuit = reset::strip(burned.logic.clone())?;
             (Content::Fuses(Box::new(burned)), circuit)
         }
     };

@@ -239,6 +239,9 @@ struct Device<'a> {
     logic: &'a Logic,
     circuit: Circuit<'a>,
     clock: Option<u32>,
+    /// The pin that resets the flip-flops at the clock, and its level.
+    reset: Option<u32>,
+    is_reset: bool,
     is_high: bool,
     /// True if there was a clock edge in this round.
     is_clocked: bool,
@@ -271,7 +274,9 @@ impl<'a> Device<'a> {
             None => text(net, chip, pins),
         };
         let logic = &chip.read_back;
-        Ok(Device { logic, circuit, clock: pins.clock, is_high: false, is_clocked: false })
+        let (clock, reset) = (pins.clock, pins.reset);
+        let (is_reset, is_high, is_clocked) = (false, false, false);
+        Ok(Device { logic, circuit, clock, reset, is_reset, is_high, is_clocked })
     }
 
     /// Applies a level to a pin.
@@ -280,7 +285,11 @@ impl<'a> Device<'a> {
         if self.clock == Some(pin) {
             self.is_high = level;
         }
-        if is_edge {
+        if self.reset == Some(pin) {
+            self.is_reset = level;
+        }
+        // A reset is no reaction.
+        if is_edge && !self.is_reset {
             self.sample(true);
             self.is_clocked = true;
         }
@@ -290,8 +299,11 @@ impl<'a> Device<'a> {
                 if let Some(input) = inputs.get(&pin) {
                     sim.sim_mut().set_input(*input, if level { u64::MAX } else { 0 });
                 }
-                if is_edge {
-                    sim.sim_mut().clock();
+                // The circuit that was read back is without its reset.
+                match (is_edge, self.is_reset) {
+                    (true, true) => sim.sim_mut().reset(),
+                    (true, false) => sim.sim_mut().clock(),
+                    (false, _) => {}
                 }
             }
         }

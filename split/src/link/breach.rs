@@ -137,6 +137,8 @@ pub(super) enum Value {
     Direct(InputId, u32),
     /// Whether this round has a tick.
     Tick,
+    /// The level with which a chip is not reset.
+    Run,
     /// What a wire shows in this round.
     Wire(Signal),
     /// Whether any transition of a part fires in this round.
@@ -187,7 +189,9 @@ pub(super) fn expectations(division: &Division, chips: &[ChipPins]) -> Result<(P
                 }
             }
         }
-        for (pin, value) in [(chip.clock, Value::Clock), (chip.tick, Value::Tick)] {
+        for (pin, value) in
+            [(chip.clock, Value::Clock), (chip.tick, Value::Tick), (chip.reset, Value::Run)]
+        {
             let Some(pin) = pin else { continue };
             let end = End { part, pin };
             if !used.insert(end) {
@@ -204,6 +208,7 @@ pub(super) fn label(carries: Carries) -> Value {
     match carries {
         Carries::Clock => Value::Clock,
         Carries::Tick => Value::Tick,
+        Carries::Reset => Value::Run,
         Carries::Input { input, bit } => Value::Input(input, bit),
         Carries::Wire(signal) => Value::Wire(signal),
         Carries::Moves(part) => Value::Moves(part),

@@ -13,7 +13,7 @@ use grafsynth_ir::net::{
 };
 
 use super::breach::{Breach, Pins, Value, Why, expectations, label};
-use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, Direct, End, Link, Put};
+use super::{Act, Carries, ChipPins, Connection, ConnectionIndex, Direct, End, Link, Put, Start};
 use crate::pieces::reads;
 
 /// Checks that the acts of a link make one round of the division of a net (semantics §10.3), and that only inputs without an effect on states and wires bypass the CPU.
@@ -84,7 +84,11 @@ impl<'l> Run<'l> {
             }
             let drives = one.from.part == cpu;
             let value = if drives {
-                Value::Old
+                // The resistor and the initialisation before the first clock give it this level.
+                match one.carries == Carries::Reset && starts_high(link, index) {
+                    true => Value::Run,
+                    false => Value::Old,
+                }
             } else {
                 *shown.get(&one.from).ok_or(Why::Direction(one.from))?
             };
@@ -416,6 +420,12 @@ fn bypass(
         Some(Value::Input(input, _)) => Err(Why::Latched(*input)),
         _ => Ok(()),
     }
+}
+
+/// True if a connection is high in the initialisation, and low in all rounds.
+fn starts_high(link: &Link, at: ConnectionIndex) -> bool {
+    let is_low = link.start.contains(&(at, Start::Level(false)));
+    is_low && link.connections.get(at).is_some_and(|one| one.pull == Some(true))
 }
 
 /// The inputs that are wired to chips alone.

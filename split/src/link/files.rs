@@ -10,7 +10,7 @@ use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{InputId, Net};
 
 use super::pins_text;
-use super::{Act, Condition, CpuNames, Link, Put, Request, Start};
+use super::{Act, Carries, Condition, CpuNames, Link, Put, Request, Start};
 
 /// A file of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -182,13 +182,16 @@ impl<'l> Text<'l> {
                 self.struct_of_inputs()
             );
         }
-        text += &format!(
-            "/* Sets the directions of the pins, waits until the chips are in their initial states, and resets the part on the CPU. The chips must have been\n \
-             * powered off since {}: a reset of the CPU alone does not reset them. */\n\
-             void {name}_link_init({});\n\n",
-            if is_free { "the CPU ran last" } else { "their last round" },
-            self.parameters(false)
-        );
+        text += match is_free {
+            true => {
+                "/* Sets the directions of the pins, waits until the chips are in their initial states, and resets the part on the CPU. The chips must have been\n \
+                 * powered off since the CPU ran last: a reset of the CPU alone does not reset them. */\n"
+            }
+            false => {
+                "/* Sets the directions of the pins, waits until the chips have started, and resets them and the part on the CPU. Call it again to start again. */\n"
+            }
+        };
+        text += &format!("void {name}_link_init({});\n\n", self.parameters(false));
         let ticks = if self
             .link
             .acts
@@ -223,6 +226,7 @@ impl<'l> Text<'l> {
             "void {name}_link_init({})\n{{\n    {upper}_LINK_PINS_INIT();\n    {upper}_LINK_WAIT_CHIPS();\n",
             self.parameters(false)
         );
+        text += &self.reset(&upper);
         text += &format!("    {}_init({});\n", cpu.prefix, self.arguments(false));
         for (at, start) in &self.link.start {
             let value = match start {
@@ -256,6 +260,16 @@ impl<'l> Text<'l> {
         }
         text += "}\n";
         text
+    }
+
+    /// A clock for the chips while the wire that resets them is high, as its resistor holds it.
+    fn reset(&self, upper: &str) -> String {
+        let at =
+            |carries: Carries| self.link.connections.iter().position(|one| one.carries == carries);
+        match (at(Carries::Reset), at(Carries::Clock)) {
+            (Some(_), Some(connection)) => self.act(Act::Clock { connection }, upper),
+            _ => String::new(),
+        }
     }
 
     /// The functions for extern conditions that are called once in a reaction, with the types of their results.

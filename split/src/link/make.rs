@@ -123,6 +123,7 @@ impl Maker<'_> {
             Running::Lockstep => {
                 self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
                 self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
+                self.driven("reset", Carries::Reset, ends(&|chip| chip.reset), &mut namer);
             }
             Running::Free => self.oscillator = ends(&|chip| chip.clock),
         }
@@ -337,7 +338,7 @@ impl Maker<'_> {
                     cpu.name
                 )
             };
-            let help = "place related objects on the same part, so that fewer signals connect the parts, or choose a CPU with more pins";
+            let help = "place related objects on the same part, so that fewer signals connect the parts, choose a CPU with more pins, or save the wire that resets the chips (`--no-reset`)";
             self.findings.push(Diagnostic::error(codes::PINS, message).help(help));
         }
         for (at, pin) in chosen {
@@ -380,10 +381,13 @@ fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
     if is_bool { name.to_owned() } else { format!("{name}_{bit}") }
 }
 
-/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires. An input that can cause the emergency on its own has the level that
+/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires; a clock would reset the chips. An input that can cause the emergency on its own has the level that
 /// causes it, so that the outputs of the chips are safe. A chip that runs on its own must see the state of the CPU after reset.
 fn level_in_reset(request: &Request<'_>, carries: Carries) -> bool {
     let net = request.net;
+    if carries == Carries::Reset {
+        return true;
+    }
     if let (Running::Free, Carries::Wire(Signal::Active(step))) =
         (request.division.running, carries)
     {

@@ -107,6 +107,8 @@ pub struct ChipPins {
     pub clock: Option<u32>,
     /// The pin that is 1 in a round in which a tick passes; `None` if the chip has no timer.
     pub tick: Option<u32>,
+    /// The pin that sets all flip-flops to their initial values at the clock while it is high.
+    pub reset: Option<u32>,
     /// The inputs of the part on which a flip-flop, a wire or a mealy output of the fitted chip depends.
     pub held: BTreeSet<InputId>,
     /// Those on which a flip-flop or a wire depends.
@@ -189,6 +191,8 @@ pub enum Carries {
     Clock,
     /// Whether a tick passes in the round.
     Tick,
+    /// High while the CPU initialises: a clock then sets all flip-flops of the chips to their initial values.
+    Reset,
     /// A bit of an input of the net, as latched for the round.
     Input {
         /// The input, in the net.

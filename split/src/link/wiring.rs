@@ -49,9 +49,13 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
         text += &on_their_own(link);
         return text;
     }
-    text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n\
-             The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n\
-             ";
+    text += "The resistors define the inputs of the chips while the CPU is in reset, so no chip receives a clock edge or changes its state then.\n";
+    let has = |carries: Carries| link.connections.iter().any(|one| one.carries == carries);
+    if has(Carries::Reset) {
+        text += "The initialisation of the link resets the chips, so the CPU alone can be reset at any time.\n";
+    } else if has(Carries::Clock) {
+        text += "The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n";
+    }
     let (emergency, direct): (Vec<_>, Vec<_>) =
         link.direct.iter().partition(|one| one.is_emergency);
     if !emergency.is_empty() {
@@ -161,6 +165,7 @@ fn carried(request: &Request<'_>, carries: Carries) -> String {
     match carries {
         Carries::Clock => "clock of all chips".to_owned(),
         Carries::Tick => "1 if a tick passes".to_owned(),
+        Carries::Reset => "resets the chips at the clock".to_owned(),
         Carries::Input { input, bit } if net.inputs[input].ty.is_bool() => {
             format!("input `{}`, bit {bit}", net.inputs[input].name.text).replace(", bit 0", "")
         }
