@@ -3,8 +3,9 @@
 
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
+use grafsynth_backend_pld::fuse;
 use grafsynth_driver::pipeline::BuildOptions;
-use grafsynth_driver::report::chip::Kind;
+use grafsynth_driver::report::chip::{self, Kind};
 use grafsynth_driver::run::net_trace;
 use grafsynth_driver::split::{
     Item, Objective, PartDevice, Place, Request, RequestedPart, Split, split,
@@ -12,6 +13,7 @@ use grafsynth_driver::split::{
 use grafsynth_driver::stem::FileStem;
 use grafsynth_engines::{Availability, Engine as _, EngineError, Job, OfCpu, SplitEngine};
 use grafsynth_ir::division::Running;
+use grafsynth_ir::logic::PinRole;
 use grafsynth_ir::net::{Driver, Evolution, InputKind, Net, Output, Policy};
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::{Random, Stimulus, compare};
@@ -123,6 +125,45 @@ fn difference(net: &Valid<Net>, split: Split, seed: u64) -> Result<Option<String
     }
 }
 
+/// Runs the fuses of each chip with random pins, then with a clock while the wire of the link is high that resets it: all flip-flops must be as at power-up. Returns
+/// the number of flip-flops that were not, before that clock.
+fn resets(split: &Split, seed: u64) -> usize {
+    let mut random = Random::new(seed ^ 0x5e5e7);
+    let mut n_changed = 0;
+    for chip in split.parts.iter().flat_map(|part| &part.built.chips) {
+        let is_reset = |one: &&chip::Signal| match one.kind {
+            Kind::Input(id) => chip.circuit.inputs[id].role == PinRole::Reset,
+            _ => false,
+        };
+        let pin_of = |one: Option<&chip::Signal>| one.and_then(|one| one.pin);
+        let Some(reset) = pin_of(chip.signals.iter().find(is_reset)) else { continue };
+        let clock = pin_of(chip.signals.iter().find(|one| one.kind == Kind::Clock));
+        let (clock, map) = (clock.expect("it has flip-flops"), chip.fuses.as_ref());
+        let mut sim = fuse::sim::Chip::new(map.expect("a GAL has fuses")).expect("it settles");
+        let first = sim.state(0);
+        let inputs: Vec<u32> = chip.signals.iter().filter_map(|one| one.pin).collect();
+        for _ in 0..40 {
+            let levels: Vec<(u32, u64)> = inputs
+                .iter()
+                .filter(|pin| ![clock, reset].contains(*pin))
+                .map(|pin| (*pin, random.bits()))
+                .chain([(reset, 0)])
+                .collect();
+            sim.put(&levels).expect("it settles");
+            sim.pulse(clock).expect("it settles");
+        }
+        let differ = |sim: &fuse::sim::Chip<'_>| {
+            let states = (0..64).map(|run| sim.state(run));
+            states.filter(|state| *state != first).count()
+        };
+        n_changed += differ(&sim);
+        sim.put(&[(reset, u64::MAX)]).expect("it settles");
+        sim.pulse(clock).expect("it settles");
+        assert_eq!(differ(&sim), 0, "seed {seed}: a chip is not reset");
+    }
+    n_changed
+}
+
 /// Swaps the pins of the first input with those of several others, one after the other. `None` if there is no other; else whether one of the splits differs.
 fn crossing_is_found(net: &Valid<Net>, seed: u64) -> Option<bool> {
     let again = || random_split(net, seed).expect("it was split before");
@@ -169,7 +210,7 @@ fn splits_of_statecharts_with_their_links_give_the_rows_of_the_chart() {
 
 #[test]
 fn splits_with_their_links_give_the_rows_of_the_chart() {
-    let (mut seed, mut run, mut stable, mut found, mut wrong) = (0, 0, 0, 0, 0);
+    let (mut seed, mut run, mut stable, mut found, mut wrong, mut reset) = (0, 0, 0, 0, 0, 0);
     let mut happens: BTreeMap<&str, u32> = BTreeMap::new();
     while run < rounds(6, 300) {
         seed += 1;
@@ -182,6 +223,7 @@ fn splits_with_their_links_give_the_rows_of_the_chart() {
         }
         let Some(split) = random_split(&net, seed) else { continue };
         run += 1;
+        reset += resets(&split, seed);
         stable += u32::from(is_stable);
         for what in once(&net).into_iter().filter(|_| is_stable) {
             *happens.entry(what).or_default() += 1;
@@ -198,4 +240,5 @@ fn splits_with_their_links_give_the_rows_of_the_chart() {
         "{run} splits ({stable} stable, with {happens:?}), {found} of {wrong} crossed pairs of pins found"
     );
     assert!(found * 2 >= wrong && wrong > 0 && stable > 0);
+    assert!(reset > 0, "no chip had left its first state");
 }

@@ -26,12 +26,13 @@ const LIMIT: Duration = Duration::from_secs(60);
 fn chip(part: &PartNet, has_tick: bool) -> ChipPins {
     let mut chip = ChipPins { device: "test".to_owned(), clock: Some(1), ..ChipPins::default() };
     chip.tick = has_tick.then_some(2);
+    chip.reset = Some(3);
     chip.held = held_by(&part.net);
     let inputs = part.net.inputs.iter().map(|(id, it)| (Object::Input(id), &it.name, it.ty));
     let outputs = part.net.outputs.iter().map(|(id, it)| (Object::Output(id), &it.name, it.ty));
     for (object, name, ty) in inputs.chain(outputs) {
         for bit in 0..ty.bits() {
-            let pin = 3 + u32::try_from(chip.signals.len()).expect("it is there");
+            let pin = 4 + u32::try_from(chip.signals.len()).expect("it is there");
             chip.signals.push(ChipSignal { name: name.text.clone(), pin, object, bit });
         }
     }
@@ -268,6 +269,9 @@ fn links_of_random_divisions_are_one_round_and_spoiled_ones_are_not() {
         let (emergency, direct): (Vec<_>, Vec<_>) =
             made.direct.iter().partition(|one| one.is_emergency);
         n_emergency += emergency.len();
+        for (what, link) in without_reset(&made) {
+            assert!(!case.accepts(&link), "seed {seed} is accepted: {what}\n{made:#?}");
+        }
         for (what, link) in without_emergency(&made) {
             assert!(!case.accepts(&link), "seed {seed} is accepted: {what}\n{made:#?}");
         }
@@ -347,6 +351,19 @@ fn without_emergency(link: &Link) -> Vec<(String, Link)> {
         }
     }
     all
+}
+
+/// Links that do not reset the chips, or reset them in each round.
+fn without_reset(link: &Link) -> Vec<(&'static str, Link)> {
+    let at = link.connections.iter().position(|one| one.carries == Carries::Reset);
+    let at = at.expect("each chip has a reset");
+    let mut low = link.clone();
+    low.connections[at].pull = Some(false);
+    let mut always = link.clone();
+    always.start.retain(|(one, _)| *one != at);
+    let mut open = link.clone();
+    open.connections[at].to.pop();
+    vec![("it is low", low), ("it stays high", always), ("it is open", open)]
 }
 
 /// The case with a flip-flop or wire of each chip that depends on the pin of an emergency.
