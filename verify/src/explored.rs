@@ -1,16 +1,19 @@
 //! One search of all reachable states that answers all questions about them.
 
-use grafsynth_ir::facts::Facts;
-use grafsynth_ir::net::Net;
+use std::cell::OnceCell;
+
+use grafsynth_ir::facts::{Component, Facts};
+use grafsynth_ir::net::{Net, Property};
 use grafsynth_ir::{Diagnostic, Valid};
 
-use crate::explore::{Searched, explore_any};
-use crate::facts::{Watch, facts_of};
+use crate::explore::{Ended, Searched, States, explore_any};
+use crate::facts::{Watch, diagram_facts, facts_of, structural_facts};
 use crate::far;
 use crate::limits::Limits;
 use crate::lints::{self, Findings, Search, Shown, findings_in};
 use crate::properties::{
-    Outcome, PropertyVerdict, asserts, at_reset, decide, either, note_violations, properties,
+    Outcome, PropertyVerdict, asserts, at_reset, decide, decide_soon, either, note_violations,
+    properties,
 };
 use crate::relevance::Relevance;
 use crate::verdict::OpenReason;
@@ -25,6 +28,24 @@ pub struct Explored<'n> {
     search: Searched<Collected<'n>, ()>,
     /// An earlier search that was abandoned.
     given_up: Option<Searched<Collected<'n>, ()>>,
+    /// All answers, if they were found without the rest of the search.
+    answers: Option<Answers>,
+    /// The facts from a decision diagram, if one was made within all limits during the search.
+    by_diagram: OnceCell<Result<Facts, String>>,
+}
+
+/// The number of reactions after which the other methods are asked whether they answer everything without the rest of the search.
+const SOON: u64 = 20_000;
+/// The maximum number of reactions of a search that can only add the number of situations.
+const COUNTED: u64 = 100_000;
+/// If the search may end soon, the other methods are first tried with their work divided by this number.
+const PART: u64 = 10;
+
+/// The answers to all questions that need all states.
+struct Answers {
+    facts: Facts,
+    findings: Findings,
+    verdicts: Vec<PropertyVerdict>,
 }
 
 /// The data collected from the reactions.
@@ -45,27 +66,44 @@ impl<'n> Explored<'n> {
             shown: Shown::new(net),
             outcomes: at_reset(net, &asserts),
         };
+        let (answers, by_diagram) = (OnceCell::new(), OnceCell::new());
         let (mut search, given_up) = explore_any(net, limits, begin, |collected, states, seen| {
             collected.watch.note_reaction(seen);
             collected.shown.note(states, seen);
             // When all assertions are refuted, the other questions still need the rest of the search.
             let _ = note_violations(net, &asserts, &mut collected.outcomes, states, seen, true);
-            None
+            if states.pairs < SOON || limits.pairs <= SOON {
+                return None;
+            }
+            let find = || collected.answers(net, limits, &asserts, states, &by_diagram);
+            let answers: &Option<Answers> = answers.get_or_init(find);
+            let is_counted = |it: &Answers| it.facts.reach.is_some() || states.pairs >= COUNTED;
+            answers.as_ref().is_some_and(is_counted).then_some(())
         });
         search.seen.shown.settle();
-        Explored { net, limits: limits.clone(), search, given_up }
+        let is_stopped = matches!(search.ended, Ended::Stopped(()));
+        let answers = answers.into_inner().flatten().filter(|_| is_stopped);
+        Explored { net, limits: limits.clone(), search, given_up, answers, by_diagram }
     }
 
     /// Like [`facts`](crate::facts).
     #[must_use]
     pub fn facts(&self) -> Facts {
+        if let Some(answers) = &self.answers {
+            return answers.facts.clone();
+        }
         let Searched { seen, states, ended, .. } = &self.search;
-        facts_of(self.net, &self.limits, &seen.watch, states, ended)
+        let diagram = || self.by_diagram.get_or_init(|| diagram_facts(self.net, &self.limits));
+        let by_diagram = || diagram().clone();
+        facts_of(self.net, &self.limits, &seen.watch, states, ended.open(), by_diagram)
     }
 
     /// Like [`findings`](crate::findings). `facts` must belong to the same net.
     #[must_use]
     pub fn findings(&self, facts: &Facts) -> Findings {
+        if let Some(answers) = &self.answers {
+            return answers.findings.clone();
+        }
         let last = &self.search;
         let search = Search {
             shown: &last.seen.shown,
@@ -83,6 +121,9 @@ impl<'n> Explored<'n> {
         let asserts = asserts(self.net);
         if asserts.is_empty() {
             return Vec::new();
+        }
+        if let Some(answers) = &self.answers {
+            return answers.verdicts.clone();
         }
         let Searched { seen, states, ended, .. } = &self.search;
         if ended.open().is_some() && *limits != self.limits {
@@ -106,14 +147,19 @@ impl<'n> Explored<'n> {
     /// # Errors
     /// Like [`waiting`].
     pub fn waiting(&self, limits: &Limits) -> Result<Vec<Waiting>, OpenReason> {
-        // If times are counted, the analysis needs other states than these.
-        if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
-            return waiting(self.net, limits);
-        }
         if rivals(self.net).is_empty() {
             return Ok(Vec::new());
         }
-        let Searched { states, ended, .. } = &self.search;
+        let Searched { states, ended, by_zones, .. } = &self.search;
+        let most = if self.answers.is_some() { limits.pairs.min(COUNTED) } else { limits.pairs };
+        // The analysis needs more nodes than a search with zones.
+        if *by_zones && !matches!(ended, Ended::Complete) && states.pairs >= most {
+            return Err(OpenReason::Pairs { limit: most, states: states.len() });
+        }
+        // If times are counted, it needs other states than these.
+        if Relevance::of(self.net).has_time() || limits.pairs > self.limits.pairs {
+            return waiting(self.net, limits);
+        }
         states.within(limits.pairs)?;
         match ended.open() {
             Some(why) => Err(why.clone()),
@@ -128,6 +174,47 @@ impl<'n> Explored<'n> {
             Some(_) | None => &self.search,
         }
     }
+}
+
+impl Collected<'_> {
+    /// The answers of the other methods, with the results of a search so far; `None` unless every question has an answer.
+    fn answers(
+        &self,
+        net: &Valid<Net>,
+        limits: &Limits,
+        asserts: &[(usize, &Property)],
+        states: &States,
+        by_diagram: &OnceCell<Result<Facts, String>>,
+    ) -> Option<Answers> {
+        // If the structure allows few situations, the search may end soon, and other methods must not take longer.
+        let is_needed = most_situations(net) > u128::from(limits.pairs);
+        let part = if is_needed { 1 } else { PART };
+        let (image_work, conflicts) = (limits.image_work / part, limits.conflicts / part);
+        let limits = &Limits { image_work, conflicts, ..limits.clone() };
+        let verdicts = decide_soon(net, limits, asserts, &self.outcomes)?;
+        let why = OpenReason::Pairs { limit: SOON, states: states.len() };
+        let diagram = || match is_needed {
+            true => by_diagram.get_or_init(|| diagram_facts(net, limits)).clone(),
+            false => diagram_facts(net, limits),
+        };
+        let facts = facts_of(net, limits, &self.watch, states, Some(&why), diagram);
+        let shown = &self.shown;
+        // The search goes on, if necessary; no other one is begun now.
+        let search = Search { shown, widest: shown, states, open: Some(&why), by_zones: false };
+        let findings = findings_in(net, &facts, limits, search);
+        let is_exact = facts.reach.as_ref().is_none_or(|reach| reach.exact);
+        let is_complete = is_exact && findings.checked.iter().all(|one| one.open.is_none());
+        is_complete.then_some(Answers { facts, findings, verdicts })
+    }
+}
+
+/// The number of situations that the structure allows.
+fn most_situations(net: &Valid<Net>) -> u128 {
+    let facts = structural_facts(net);
+    let n_covered: usize = facts.components.iter().map(|it| it.steps.len()).sum();
+    let alone = (n_covered..net.steps.len()).map(|_| 2);
+    let of = |it: &Component| it.steps.len() as u128 + u128::from(!it.always);
+    alone.chain(facts.components.iter().map(of)).fold(1, u128::saturating_mul)
 }
 
 /// All findings about a net, in a fixed order. `facts` must belong to the same net.

@@ -15,10 +15,11 @@ use indexmap::IndexSet;
 
 use crate::cover::{self, cover};
 use crate::exclusive::entered;
-use crate::explore::{Ended, Searched, Seen, States, explore_any};
+use crate::explore::{Searched, Seen, States, explore_any};
 use crate::far::{self, Far};
 use crate::limits::Limits;
 use crate::symbolic::{self, Reached};
+use crate::verdict::OpenReason;
 
 /// The maximum number of steps outside components for which a decision diagram is queried about every pair.
 const PAIRED: usize = 128;
@@ -35,30 +36,31 @@ pub fn facts(net: &Valid<Net>, limits: &Limits) -> Facts {
     let limits = &far::within(net, limits);
     let (Searched { seen, states, ended, .. }, _) =
         explore_any(net, limits, || Watch::new(net), note);
-    facts_of(net, limits, &seen, &states, &ended)
+    facts_of(net, limits, &seen, &states, ended.open(), || diagram_facts(net, limits))
 }
 
-/// The facts of a net, given the results of a search within these limits.
+/// The facts of a net, given the results of a search within these limits, the reason why it did not end, if so, and the facts from a decision diagram.
 pub(crate) fn facts_of(
     net: &Valid<Net>,
     limits: &Limits,
     watch: &Watch<'_>,
     states: &States,
-    ended: &Ended<()>,
+    open: Option<&OpenReason>,
+    by_diagram: impl FnOnce() -> Result<Facts, String>,
 ) -> Facts {
-    let mut facts = structural_facts(net);
-    match ended.open() {
-        None => explicit_facts(net, limits, watch, states, &mut facts),
-        Some(why) => {
-            if let Err(again) = symbolic_facts(net, limits, &mut facts) {
-                facts.all_dead_known = is_all_else_seen(net, limits, watch, &facts);
-                facts.open.push(format!(
-                    "not all states were enumerated: {why}; the decision diagram failed too: {again}"
-                ));
-            }
-        }
-    }
-    facts
+    let Some(why) = open else {
+        let mut facts = structural_facts(net);
+        explicit_facts(net, limits, watch, states, &mut facts);
+        return facts;
+    };
+    by_diagram().unwrap_or_else(|again| {
+        let mut facts = structural_facts(net);
+        facts.all_dead_known = is_all_else_seen(net, limits, watch, &facts);
+        facts.open.push(format!(
+            "not all states were enumerated: {why}; the decision diagram failed too: {again}"
+        ));
+        facts
+    })
 }
 
 /// True if runs show every step and every transition that the structure does not exclude.
@@ -332,9 +334,10 @@ fn shows_all_steps(net: &Net) -> bool {
         || net.settings.evolution == Evolution::Single
 }
 
-/// Adds the facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error is the reason why there is no diagram.
-fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Result<(), String> {
-    let mut reached = symbolic::reach(net, facts, limits, &[], &[])?;
+/// The facts from a decision diagram of all reachable states, for charts with too many states to enumerate. The error is the reason why there is no diagram.
+pub(crate) fn diagram_facts(net: &Valid<Net>, limits: &Limits) -> Result<Facts, String> {
+    let mut facts = structural_facts(net);
+    let mut reached = symbolic::reach(net, &facts, limits, &[], &[])?;
     let situations = reached.count();
     if situations == u128::MAX {
         facts.open.push(
@@ -376,13 +379,13 @@ fn symbolic_facts(net: &Valid<Net>, limits: &Limits, facts: &mut Facts) -> Resul
         .collect();
     facts.all_dead_known = reached.exact;
     match net.settings.evolution {
-        Evolution::Single => symbolic_components(net, &mut reached, facts)?,
+        Evolution::Single => symbolic_components(net, &mut reached, &mut facts)?,
         Evolution::Stable { .. } => {
             let depth = reached.depth.map(|depth| depth.max(at_reset.micro_steps()).max(1));
             facts.stable_depth = depth.map(|value| Proved { value, by: Proof::Symbolic });
         }
     }
-    Ok(())
+    Ok(facts)
 }
 
 /// Adds components that only the reachable situations show.

@@ -201,6 +201,22 @@ pub(crate) fn decide(
         .collect()
 }
 
+/// Decides the asserts without a search: those that are refuted already, and those that the structure or induction proves. `None` if some remain.
+pub(crate) fn decide_soon(
+    net: &Valid<Net>,
+    limits: &Limits,
+    asserts: &[(usize, &Property)],
+    outcomes: &[Option<Outcome>],
+) -> Option<Vec<PropertyVerdict>> {
+    let facts = structural_facts(net);
+    let verdict = |((property, data), outcome): (&(usize, &Property), &Option<Outcome>)| {
+        let by_induction = || symbolic::never(net, &facts, limits, &data.never);
+        let outcome = outcome.clone().or_else(|| Some(proved(by_induction()?, 0)))?;
+        Some(PropertyVerdict { property: *property, outcome })
+    };
+    asserts.iter().zip(outcomes).map(verdict).collect()
+}
+
 /// Enumerates the reactions of at most one tick, and notes the properties that they violate. Returns true if the enumeration is complete: then no such reaction
 /// violates the remaining properties.
 fn for_chips(

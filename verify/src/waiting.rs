@@ -92,22 +92,31 @@ pub fn waiting(net: &Valid<Net>, limits: &Limits) -> Result<Vec<Waiting>, OpenRe
 /// stops its step or its chart.
 #[must_use]
 pub fn may_lose(net: &Net) -> bool {
+    may_be_stopped(net) || rivals(net).into_iter().any(|rival| has_more_urgent(net, rival))
+}
+
+/// The same for one of these transitions.
+pub(crate) fn may_lose_to_others(net: &Net, rival: TransitionId) -> bool {
+    may_be_stopped(net) || has_more_urgent(net, rival)
+}
+
+/// True if a transition may be prevented from firing by something other than a more urgent transition.
+fn may_be_stopped(net: &Net) -> bool {
     let stops = |step: &Step| step.parent.is_some() || step.kind == StepKind::Final || step.halts();
-    if net.settings.policy != Policy::Priority
+    net.settings.policy != Policy::Priority
         || net.settings.fire_one
         || !net.forcings.is_empty()
         || net.steps.values().any(stops)
-    {
-        return true;
-    }
+}
+
+/// True if a transition that leaves a common step is more urgent, or belongs to another chart.
+fn has_more_urgent(net: &Net, rival: TransitionId) -> bool {
     let urgency = |id: TransitionId| (net.transitions[id].priority.unwrap_or(u32::MAX), id);
-    rivals(net).into_iter().any(|rival| {
-        let data = &net.transitions[rival];
-        let mut others = net.transitions.iter().filter(|(id, other)| {
-            *id != rival && data.requires.iter().any(|step| other.requires.contains(step))
-        });
-        others.any(|(id, other)| urgency(id) < urgency(rival) || other.part != data.part)
-    })
+    let data = &net.transitions[rival];
+    let mut others = net.transitions.iter().filter(|(id, other)| {
+        *id != rival && data.requires.iter().any(|step| other.requires.contains(step))
+    });
+    others.any(|(id, other)| urgency(id) < urgency(rival) || other.part != data.part)
 }
 
 /// Transitions that compete for one step, and whose receptivities depend only on a row and a situation.

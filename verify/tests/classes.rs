@@ -2,11 +2,11 @@
 //! decided by other methods or stay open.
 
 use grafsynth_frontend::graf;
-use grafsynth_ir::facts::Proof;
+use grafsynth_ir::facts::{Facts, Proof};
 use grafsynth_ir::lower::lower;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{FileId, Valid};
-use grafsynth_verify::{Check, Findings, Limits, facts, findings};
+use grafsynth_verify::{Check, Explored, Findings, Limits, facts, findings};
 use itertools::Itertools as _;
 
 fn net(text: &str) -> Valid<Net> {
@@ -118,13 +118,40 @@ fn rings(n: usize, variable: impl Fn(usize) -> usize, back: bool) -> String {
 #[test]
 fn other_methods_answer_for_large_charts() {
     assert_eq!(open(&rings(30, |ring| ring, false)).1, []);
-    // Whether a branch waits for ever is a question about paths.
+    // The way back starves if the way forward always wins; runs show that.
     let (found, open_checks) = open(&rings(30, |ring| ring, true));
-    assert_eq!(open_checks, [Check::Starvation]);
+    assert_eq!(open_checks, []);
+    assert!(found.found.iter().any(|it| it.code.id == "G0808"));
     assert_eq!(found.decided.len(), 30 * 9);
     // Two rings write one variable.
     let (_, open_checks) = open(&rings(30, |ring| ring.min(28), false));
     assert_eq!(open_checks, [Check::Races]);
+}
+
+/// A fork has too many situations for a short search; the diagram counts them, and the search ends early with the same answers.
+#[test]
+fn a_search_ends_when_other_methods_answer_everything() {
+    let mut text =
+        "chart fork { conflict priority\n input go, i0, i1, i2\n initial step s\n".to_owned();
+    for branch in 0..3 {
+        text.extend((0..30).map(|step| format!(" step b{branch}_{step}\n")));
+        for step in 0..29 {
+            let next = step + 1;
+            text += &format!(" b{branch}_{step} -> b{branch}_{next} when i{branch}\n");
+        }
+    }
+    text += " s -> b0_0 & b1_0 & b2_0 when go\n b0_29 & b1_29 & b2_29 -> s }";
+    let net = net(&text);
+    let explored = Explored::of(&net, &Limits::default());
+    let soon = explored.facts();
+    let all = facts(&net, &Limits::default());
+    let reach = |of: &Facts| of.reach.as_ref().map(|it| (it.situations, it.exact, it.by));
+    assert_eq!(reach(&soon), Some((27_001, true, Proof::Symbolic)));
+    assert_eq!(reach(&all), Some((27_001, true, Proof::Explicit)));
+    assert_eq!(soon.unreachable_steps, all.unreachable_steps);
+    assert_eq!(soon.dead_transitions, all.dead_transitions);
+    let findings = explored.findings(&soon);
+    assert!(findings.found.is_empty() && findings.checked.iter().all(|it| it.open.is_none()));
 }
 
 #[test]

@@ -421,7 +421,23 @@ impl<'n> Directed<'n> {
 
     /// The number of transitions between the active steps and the steps that this transition requires.
     fn level(&mut self, transition: TransitionId) -> u64 {
-        self.distances(transition).iter().map(|required| required.least).sum()
+        let net = self.net;
+        let least = |step: &StepId| {
+            self.know_ways(*step);
+            let way = &self.ways[step];
+            let active = self.simulator.state().situation();
+            let nearest = active.iter().map(|step| way[step.index()]).min();
+            u64::from(nearest.unwrap_or(UNREACHED))
+        };
+        net.transitions[transition].requires.iter().map(least).sum()
+    }
+
+    /// Computes the distances to a step if they are not known yet.
+    fn know_ways(&mut self, to: StepId) {
+        if !self.ways.contains_key(&to) {
+            let way = self.way(to);
+            self.ways.insert(to, way);
+        }
     }
 
     /// For each step that a transition requires, the distance of the active steps from it.
@@ -429,10 +445,7 @@ impl<'n> Directed<'n> {
         let requires = &self.net.transitions[transition].requires;
         let mut distances = Vec::with_capacity(requires.len());
         for step in requires {
-            if !self.ways.contains_key(step) {
-                let way = self.way(*step);
-                self.ways.insert(*step, way);
-            }
+            self.know_ways(*step);
             let way = &self.ways[step];
             let mut distance =
                 Distance { to: *step, least: u64::from(UNREACHED), nearest: Vec::new() };

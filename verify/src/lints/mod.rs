@@ -5,6 +5,7 @@ mod constant;
 mod decided;
 mod livelock;
 mod search;
+mod starving;
 mod structural;
 
 pub(crate) use search::{Search, Shown, limits};

@@ -13,7 +13,8 @@ use grafsynth_sim::{InputRow, Noticed, Simulator, Situation, State, Stimulus, Wr
 
 use super::livelock::livelock;
 use super::{
-    Check, Checked, Conflict, Decided, Findings, decided, shown_names, step_names, structural,
+    Check, Checked, Conflict, Decided, Findings, decided, shown_names, starving, step_names,
+    structural,
 };
 use crate::codes;
 use crate::exclusive::{all_compatible_pairs, compatible_pairs, entered};
@@ -160,7 +161,11 @@ fn ways(
             each.starvation(each.starving(&states, |_| true), out);
             return (None, None);
         }
-        return (Some(why.clone()), Some(why.clone()));
+        let starving = starving::starving(net, &shown.rivals, limits);
+        if let Some(starving) = starving {
+            shown.starvation(starving, out);
+        }
+        return (Some(why.clone()), starving.is_none().then(|| why.clone()));
     }
     let starving = shown.starving(states, |_| true);
     let starves_for_sure = shown.starving(states, |edge| edge.is_sure);

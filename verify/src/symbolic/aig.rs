@@ -2,7 +2,7 @@
 
 use grafsynth_ir::Gather;
 use grafsynth_ir::ranks::sort_by_rank;
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -124,11 +124,25 @@ pub(crate) struct Aig {
     nodes: Vec<Node>,
     table: IndexMap<(Lit, Lit), Lit, BuildHasherDefault<PairHash>>,
     spent: Cell<u64>,
+    marks: RefCell<Marks>,
+}
+
+/// The marks of nodes in walks over the graph: a small cone in a large graph must not cost a mark for each node.
+#[derive(Debug, Clone, Default)]
+struct Marks {
+    /// For each node, `last - 1` if its operands come first in the last walk, `last` if it is done; it was not seen if less.
+    of: Vec<u32>,
+    last: u32,
 }
 
 impl Aig {
     pub(crate) fn new() -> Self {
-        Aig { nodes: vec![Node::Constant], table: IndexMap::default(), spent: Cell::new(0) }
+        Aig {
+            nodes: vec![Node::Constant],
+            table: IndexMap::default(),
+            spent: Cell::new(0),
+            marks: RefCell::default(),
+        }
     }
 
     /// The number of clauses that all solver queries so far have learnt.
@@ -294,25 +308,32 @@ impl Aig {
     /// The nodes below the literals, operands first, including variables; `None` if there are more than `limit`.
     pub(super) fn cone(&self, roots: &[Lit], limit: usize) -> Option<Vec<usize>> {
         let mut order = Vec::new();
-        // 0: not seen yet, 1: its operands come first, 2: in the order.
-        let mut mark = vec![0_u8; self.nodes.len()];
+        let Marks { of: mark, last } = &mut *self.marks.borrow_mut();
+        mark.resize(self.nodes.len(), 0);
+        if *last > u32::MAX - 2 {
+            mark.fill(0);
+            *last = 0;
+        }
+        // Smaller marks are of earlier calls.
+        let (is_open, is_done) = (*last + 1, *last + 2);
+        *last = is_done;
         let mut n_marked = 0;
         let mut todo: Vec<usize> = roots.iter().map(|root| root.node()).collect();
         while let Some(&node) = todo.last() {
-            if mark[node] == 0 {
-                mark[node] = 1;
+            if mark[node] < is_open {
+                mark[node] = is_open;
                 n_marked += 1;
                 if n_marked > limit {
                     return None;
                 }
                 if let Node::And(a, b) = self.nodes[node] {
-                    todo.extend([a.node(), b.node()].iter().filter(|below| mark[**below] == 0));
+                    todo.extend([a.node(), b.node()].iter().filter(|it| mark[**it] < is_open));
                 }
                 continue;
             }
             todo.pop();
-            if mark[node] == 1 {
-                mark[node] = 2;
+            if mark[node] == is_open {
+                mark[node] = is_done;
                 order.push(node);
             }
         }

@@ -121,8 +121,12 @@ impl Subject<'_> {
             .into_iter()
             .filter(|check| only.is_none_or(|only| only.contains(&check.question)))
             .collect();
-        let sizes = checks.iter().map(|check| attempt.size(check));
-        let is_large = sizes.fold(0, usize::saturating_add) > ALL_NODES;
+        let mut left = ALL_NODES;
+        let is_large = !checks.iter().all(|check| {
+            let fits = left.checked_sub(attempt.size(check));
+            left = fits.unwrap_or(0);
+            fits.is_some()
+        });
         if focus.is_none() && is_large {
             // One by one, the questions would exceed their limit.
             checks = attempt.unproved(checks, total);

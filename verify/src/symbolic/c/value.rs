@@ -140,6 +140,9 @@ impl Int {
             Int::Bit(lit) if !(is_signed && bits == 1) => Int::Bit(*lit),
             Int::Bit(_) | Int::Choice(_) => {
                 let cases = self.cases().unwrap_or_default();
+                if cases.iter().all(|(value, _)| wrap(*value) == *value) {
+                    return self.clone();
+                }
                 Int::choice(aig, cases.into_iter().map(|(value, lit)| (wrap(value), lit)))
             }
             Int::Word(number) => {
