@@ -44,6 +44,18 @@ impl Axis {
         }
     }
 
+    fn across(self) -> Axis {
+        match self {
+            Axis::Down => Axis::Right,
+            Axis::Right => Axis::Down,
+        }
+    }
+
+    /// True for a link that leads along the axis through the whole band, and is not drawn there.
+    fn passes(self, mark: &Mark, band: &Range<i64>) -> bool {
+        self.link(mark).is_some_and(|link| link.from < band.start && band.end < link.to)
+    }
+
     /// The part of a link that a mark is, if it leads along the axis.
     pub(crate) fn link(self, mark: &Mark) -> Option<Link<'_>> {
         let step = mark.link.as_deref()?;
@@ -57,7 +69,7 @@ impl Axis {
 pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>) -> Vec<Cut<'a>> {
     let is_here = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
-        from <= band.end && band.start <= to
+        from <= band.end && band.start <= to && !axis.across().passes(mark, band)
     };
     let here: Vec<&Mark> = picture.marks.iter().filter(is_here).collect();
     let places = free_places(&here, axis);
@@ -86,16 +98,12 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
 
 /// The part across a band that has marks other than links that only pass, with the margin of a drawing on both sides.
 pub(crate) fn used(picture: &Picture, axis: Axis, band: &Range<i64>) -> Range<i64> {
-    let (across, length) = match axis {
-        Axis::Down => (Axis::Right, picture.height),
-        Axis::Right => (Axis::Down, picture.width),
-    };
+    let length = if axis == Axis::Down { picture.height } else { picture.width };
     let is_drawn = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
-        let passes = across.link(mark).is_some_and(|it| it.from < band.start && band.end < it.to);
         // A side of a frame that is far from everything in it needs no paper.
         let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
-        from <= band.end && band.start <= to && !passes && !is_frame
+        from <= band.end && band.start <= to && !axis.across().passes(mark, band) && !is_frame
     };
     let ends = picture.marks.iter().filter(is_drawn).map(|mark| axis.extent(mark)[0]);
     let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
@@ -112,7 +120,7 @@ enum Blocked {
     FrameEnd,
     /// A symbol with its texts, or a state.
     Content,
-    /// A heading, a legend, or a sign on a link: it has no row of pages of its own.
+    /// A heading, a legend, or a part of a link: it has no page of its own.
     Note,
 }
 
@@ -125,7 +133,7 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
         let is_note = group.iter().all(|mark| match mark.shape {
             Shape::Arrow { .. } | Shape::Crossing { .. } => true,
             Shape::Text { .. } => axis == Axis::Down && mark.element.is_none(),
-            _ => false,
+            _ => mark.link.is_some(),
         });
         let kind = if is_note { Blocked::Note } else { Blocked::Content };
         for mark in group.iter().filter(|mark| axis.link(mark).is_none()) {

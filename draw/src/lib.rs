@@ -21,6 +21,7 @@ mod blocks;
 mod channels;
 mod container;
 mod content;
+mod continued;
 mod exchange;
 mod foreign;
 mod grid;
