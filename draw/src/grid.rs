@@ -8,6 +8,9 @@ use std::ops::Range;
 /// The least width of a free stripe.
 const LEAST: i64 = 6;
 
+/// The distance of a side of a frame from what is in it, up to which it is on the same page.
+const NEAR: i64 = 4 * MARGIN;
+
 /// The direction in which pages follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Axis {
@@ -101,15 +104,22 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
 /// The part across a band that has marks other than links that only pass, with the margin of a drawing on both sides.
 pub(crate) fn used(picture: &Picture, axis: Axis, band: &Range<i64>) -> Range<i64> {
     let length = if axis == Axis::Down { picture.height } else { picture.width };
-    let is_drawn = |mark: &&Mark| {
+    let is_frame = |mark: &Mark| matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
+    let is_here = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
-        // A side of a frame that is far from everything in it needs no paper.
-        let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
-        from <= band.end && band.start <= to && !axis.across().passes(mark, band) && !is_frame
+        from <= band.end && band.start <= to && !axis.across().passes(mark, band)
     };
-    let ends = picture.marks.iter().filter(is_drawn).map(|mark| axis.extent(mark)[0]);
+    let (frames, drawn): (Vec<&Mark>, Vec<&Mark>) =
+        picture.marks.iter().filter(is_here).partition(|mark| is_frame(mark));
+    let ends = drawn.into_iter().map(|mark| axis.extent(mark)[0]);
     let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
-    let (from, to) = ends.unwrap_or((0, length));
+    let (mut from, mut to) = ends.unwrap_or((0, length));
+    // A side of a frame that is far from everything in it needs no paper. Inner frames come last.
+    for frame in frames.into_iter().rev() {
+        let [(first, last), _] = axis.extent(frame);
+        from = if (from - NEAR..from).contains(&first) { first } else { from };
+        to = if (to..to + NEAR).contains(&last) { last } else { to };
+    }
     (from - MARGIN).max(0)..(to + MARGIN + 1).min(length)
 }
 
