@@ -4,6 +4,7 @@ use crate::Style;
 use crate::action_block::{self, forced};
 use crate::foreign::{Foreign, note_expr, note_list};
 use crate::notation::{Notation, Signs, duration, quoted};
+use crate::order::Node;
 use crate::picture::{Element, Pen};
 use crate::states::Tree;
 use crate::symbol::{Action, Kind, Symbol, When};
@@ -23,6 +24,8 @@ pub(crate) struct Scope {
     /// Remarks below the heading.
     pub(crate) remarks: Vec<Rich>,
     pub(crate) symbols: Vec<Symbol>,
+    /// The sizes of the symbols before anything was added or left blank: they decide about the order. Empty if the symbols are as they were.
+    pub(crate) plain: Vec<Node>,
     /// Links by the numbers of their symbols.
     pub(crate) links: Vec<(usize, usize)>,
     /// Expansions of macros and enclosing steps.

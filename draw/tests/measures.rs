@@ -3,7 +3,7 @@
 use crate::random::random_chart;
 use crate::read_back::{parsed, rounds};
 use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
-use grafsynth_draw::{Options, Paper, TitleBlock, layout, pages};
+use grafsynth_draw::{Blank, Counts, Options, Paper, TitleBlock, layout, pages};
 use grafsynth_ir::chart::{Design, Item, Path, Step, Transition};
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -112,6 +112,41 @@ fn one_more_step_leaves_the_others_where_they_are() {
         assert!(changed * 100 <= all * 5, "{changed} of {all} pairs of steps change their order");
     }
     assert!(median <= row, "median shift {median}, a row has {row}");
+}
+
+/// An exercise and its solution have the same order, and so has a drawing with counts: steps above and below each other, and side by side in a row.
+#[test]
+fn what_is_added_or_left_blank_does_not_change_the_order() {
+    let blank = Blank { actions: true, receptivities: true, names: true };
+    let counts = Counts { by_element: BTreeMap::new(), note: "a note".to_owned() };
+    let others = [
+        Options { blank, ..Options::default() },
+        Options { blank: Blank { names: false, ..blank }, ..Options::default() },
+        Options { counts: Some(&counts), ..Options::default() },
+    ];
+    let mut n_pairs = 0;
+    for number in 0..rounds(60, 500) {
+        let text = random_chart(number);
+        // Parts without links between them are put where there is room.
+        if text.matches("initial step").count() > 1 {
+            continue;
+        }
+        let design = parsed(&text);
+        let before = steps(&drawn(&design));
+        for options in &others {
+            let after = steps(&layout(&design, options).expect("it is there"));
+            for (index, (one, place)) in before.iter().enumerate() {
+                for (other, other_place) in before.iter().skip(index + 1) {
+                    let is_in_row = place.1 == other_place.1;
+                    let key = |place: &(i64, i64)| if is_in_row { place.0 } else { place.1 };
+                    let orders = [&before, &after].map(|all| key(&all[one]).cmp(&key(&all[other])));
+                    assert_eq!(orders[0], orders[1], "{number}: {one} and {other}");
+                    n_pairs += 1;
+                }
+            }
+        }
+    }
+    assert!(n_pairs > 1000, "{n_pairs}");
 }
 
 /// The number of links of a chart: one for each step before or after a transition.
