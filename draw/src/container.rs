@@ -5,7 +5,7 @@ use crate::picture::{Pen, Picture, Shape, Way};
 use crate::routes::{Ends, Part, Plan, Side, crossed};
 use crate::states::{Kind, Tree};
 use crate::tracks::{self, Joint, Wire};
-use crate::vertex::{self, Look};
+use crate::vertex::{self, Header, Look};
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -35,8 +35,8 @@ pub(crate) struct Piece {
 pub(crate) struct Inside {
     pub(crate) width: i64,
     pub(crate) height: i64,
-    /// The line below the name and activities; 0 if there are none.
-    pub(crate) header: i64,
+    /// The size of the part with name and activities, if there is one.
+    pub(crate) header: Option<Header>,
     /// The columns in which transitions cross the border: by transition, and whether it begins inside.
     pub(crate) ports: BTreeMap<(usize, bool), (Side, i64)>,
     pub(crate) picture: Picture,
@@ -587,7 +587,7 @@ impl Builder<'_> {
             if let What::Vertex(vertex) = cell.what {
                 let own = &self.tree.vertices[vertex];
                 let within = self.insides.remove(&vertex);
-                let header = within.as_ref().map(|it| it.header);
+                let header = within.as_ref().map(|it| it.header.unwrap_or_default());
                 vertex::finish(own, &mut look, header);
                 let picture = &mut look.picture;
                 picture.marks.iter_mut().for_each(|mark| mark.element = element.cloned());
@@ -606,7 +606,10 @@ impl Builder<'_> {
                 look.picture.marks.iter_mut().for_each(|mark| mark.element = element.cloned());
             }
             if matches!(cell.what, What::Header) {
-                inside.header = cell.look.height;
+                let is_crossed = self.borders.iter().any(|(.., side, _)| *side == Side::Top);
+                let end = cell.x + cell.look.width + GAP / 2;
+                let width = is_crossed.then_some(end);
+                inside.header = Some(Header { height: cell.look.height, width });
             }
             inside.picture.put(look.picture, cell.x, cell.y);
         }
@@ -629,7 +632,7 @@ impl Builder<'_> {
         let bottom = bottoms.max().unwrap_or(0);
         let is_last = layer + 1 == self.layers.len();
         let top = regions.iter().map(|cell| self.cells[**cell].y).min().unwrap_or(0);
-        let top = if layer <= 1 { inside.header } else { top };
+        let top = if layer <= 1 { inside.header.map_or(0, |it| it.height) } else { top };
         for pair in regions.windows(2) {
             if let [left, right] = pair {
                 let end = self.cells[**left].x + self.cells[**left].look.width;

@@ -3,7 +3,8 @@
 use crate::Style;
 use crate::action_block::{self, forced};
 use crate::foreign::{Foreign, note_expr, note_list};
-use crate::notation::{Notation, Signs, duration, path, quoted, word};
+use crate::notation::{Notation, Signs, duration, quoted};
+use crate::order::Node;
 use crate::picture::{Element, Pen};
 use crate::states::Tree;
 use crate::symbol::{Action, Kind, Symbol, When};
@@ -14,6 +15,7 @@ use grafsynth_ir::chart::{
 };
 use grafsynth_ir::net::{Meta, Qualifier, Schedule};
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// A chart, or an expansion that has a frame of its own.
 #[derive(Debug, Default)]
@@ -22,6 +24,8 @@ pub(crate) struct Scope {
     /// Remarks below the heading.
     pub(crate) remarks: Vec<Rich>,
     pub(crate) symbols: Vec<Symbol>,
+    /// The sizes of the symbols before anything was added or left blank: they decide about the order. Empty if the symbols are as they were.
+    pub(crate) plain: Vec<Node>,
     /// Links by the numbers of their symbols.
     pub(crate) links: Vec<(usize, usize)>,
     /// Expansions of macros and enclosing steps.
@@ -62,7 +66,7 @@ pub(crate) fn content(design: &Design, charts: &[&Chart], style: Style, words: b
         Style::Sfc => Signs::St,
     };
     let mut reader = Reader {
-        notation: Notation { signs, declared },
+        notation: Notation { signs, declared: Rc::new(declared) },
         style,
         booleans,
         controlled: None,
@@ -150,6 +154,11 @@ fn declare(items: &[Item], names: &mut BTreeSet<String>) {
                 declare(&one.items, names);
                 &one.step.name
             }
+            Item::State(one) => {
+                declare(&one.items, names);
+                names.extend(one.histories.iter().map(|history| history.name.text.clone()));
+                &one.step.name
+            }
             _ => continue,
         };
         names.insert(name.text.clone());
@@ -175,7 +184,7 @@ impl Reader {
         self.controlled = controlled(&chart.items);
         if is_statechart(&chart.items) {
             let heading = headed("statechart", &chart.name.text, &chart.meta);
-            return self.statechart(heading, &chart.items, Tree::of_chart(chart));
+            return self.statechart(heading, &chart.items, Tree::of_chart(chart, &self.notation));
         }
         let kind = if self.style == Style::Sfc { "SFC" } else { "G" };
         let heading = headed(kind, &chart.name.text, &chart.meta);
@@ -188,16 +197,31 @@ impl Reader {
         self.foreign.insert(Foreign::Library);
         let heading = headed("library", &library.name.text, &library.meta);
         let mut scope = if is_statechart(&library.items) {
-            self.statechart(heading, &library.items, Tree::of_library(library))
+            self.statechart(heading, &library.items, Tree::of_library(library, &self.notation))
         } else {
             self.scope(heading, &library.name.text, &library.items)
         };
         let parameters: Vec<String> =
-            library.parameters.iter().map(|one| parameter(&one.declaration)).collect();
+            library.parameters.iter().map(|one| self.parameter(&one.declaration)).collect();
         if !parameters.is_empty() {
             scope.remarks.insert(0, Rich::plain(parameters.join(", ")));
         }
         scope
+    }
+
+    fn parameter(&self, declaration: &Declaration) -> String {
+        let kind = match &declaration.kind {
+            DeclarationKind::Input { .. } => "input",
+            DeclarationKind::Output { .. } => "output",
+            DeclarationKind::Var { .. } => "var",
+            DeclarationKind::Event { .. } => "event",
+            DeclarationKind::Const { .. } => "const",
+            DeclarationKind::Timer { .. } => "timer",
+            DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => {
+                "extern"
+            }
+        };
+        format!("{kind} {}", self.notation.word(&declaration.name.text))
     }
 
     /// A statechart, with the words of the chart language in its remarks, too.
@@ -232,7 +256,7 @@ impl Reader {
                     self.foreign.insert(Foreign::Macro);
                     let mut symbol = Symbol::new(Kind::MacroStep, &one.name.text);
                     set_role(&mut symbol, one.role);
-                    symbol.remarks.push(format!("= {}", word(&one.body.text)));
+                    symbol.remarks.push(format!("= {}", self.notation.word(&one.body.text)));
                     self.priority(&mut symbol, one.priority);
                     about(&mut symbol, &one.meta);
                     (symbol, &one.name, &one.meta)
@@ -242,13 +266,14 @@ impl Reader {
                     let name = format!("{} : {}", one.name.text, one.library.text);
                     let mut symbol = Symbol::new(Kind::Instance, name);
                     for argument in &one.arguments {
-                        let name = word(&argument.parameter.text);
+                        let name = self.notation.word(&argument.parameter.text);
                         symbol.remarks.push(match &argument.value {
                             ArgumentValue::Reads(expr) => {
-                                let words = Notation { signs: Signs::Words, ..Notation::default() };
-                                format!("{name} = {}", words.expr(expr).text)
+                                format!("{name} = {}", self.notation.spelled().expr(expr).text)
                             }
-                            ArgumentValue::Drives(target) => format!("{name} → {}", path(target)),
+                            ArgumentValue::Drives(target) => {
+                                format!("{name} → {}", self.notation.path(target))
+                            }
                         });
                     }
                     about(&mut symbol, &one.meta);
@@ -294,12 +319,15 @@ impl Reader {
                 ..
             }) => {
                 self.foreign.insert(Foreign::Timer);
-                (Rich::plain(format!("timer {}: ", word(&name.text))), Some(condition))
+                (
+                    Rich::plain(format!("timer {}: ", self.notation.word(&name.text))),
+                    Some(condition),
+                )
             }
             Item::Action(one) if !one.body.is_empty() => {
                 self.foreign.insert(Foreign::NamedList);
                 note_list(&mut self.foreign, &one.body);
-                let name = word(&one.name.text);
+                let name = self.notation.word(&one.name.text);
                 (Rich::plain(format!("action {name}: {}", self.notation.block(&one.body))), None)
             }
             _ => return None,
@@ -353,9 +381,9 @@ impl Reader {
         let mut action = Action::default();
         match &item.kind {
             StepItemKind::Action { target, arguments, how, condition } => {
-                action.text = Rich::plain(word(&target.text));
+                action.text = Rich::plain(self.notation.word(&target.text));
                 if let Some(arguments) = arguments {
-                    let words = Notation { signs: Signs::Words, ..Notation::default() };
+                    let words = self.notation.spelled();
                     let all: Vec<String> =
                         arguments.iter().map(|one| words.expr(one).text).collect();
                     action.text.push(&format!("({})", all.join(", ")));
@@ -381,14 +409,14 @@ impl Reader {
             StepItemKind::Task { name, cost, body } => {
                 self.foreign.insert(Foreign::Task);
                 let cost = cost.map(|cost| format!(" cost {cost}")).unwrap_or_default();
-                action.qualifier = format!("task {}{cost}", word(&name.text));
+                action.qualifier = format!("task {}{cost}", self.notation.word(&name.text));
                 action.text = Rich::plain(self.notation.block(body));
             }
             StepItemKind::Code(code) => {
                 self.foreign.insert(Foreign::Code);
                 action.qualifier = "code".to_owned();
-                action.text =
-                    Rich::plain(format!("{} {}", word(&code.language), quoted(&code.text)));
+                let language = self.notation.word(&code.language);
+                action.text = Rich::plain(format!("{language} {}", quoted(&code.text)));
             }
             StepItemKind::Force { target, order } => {
                 action.is_forcing = true;
@@ -499,7 +527,8 @@ impl Reader {
             && let Some(step) = transition.sources.first().and_then(|it| self.local(steps, it))
         {
             self.foreign.insert(Foreign::Reaction);
-            let name = transition.name.as_ref().map(|name| format!("{}: ", word(&name.text)));
+            let name = transition.name.as_ref();
+            let name = name.map(|name| format!("{}: ", self.notation.word(&name.text)));
             let text = self.notation.block(&transition.actions);
             scope.symbols[step].actions.push(Action {
                 qualifier: "on".to_owned(),
@@ -556,8 +585,8 @@ impl Reader {
         if let Some(symbol) = self.local(steps, step) {
             return symbol;
         }
-        let text =
-            if is_source { format!("{} →", path(step)) } else { format!("→ {}", path(step)) };
+        let name = self.notation.path(step);
+        let text = if is_source { format!("{name} →") } else { format!("→ {name}") };
         self.foreign.insert(Foreign::Open);
         scope.symbols.push(Symbol::new(Kind::Reference, text));
         scope.symbols.len() - 1
@@ -600,19 +629,6 @@ fn headed(kind: &str, name: &str, meta: &Meta) -> String {
     let label =
         if meta.label.is_empty() { String::new() } else { format!(" {}", quoted(&meta.label)) };
     format!("{kind}{name}{label}")
-}
-
-fn parameter(declaration: &Declaration) -> String {
-    let kind = match &declaration.kind {
-        DeclarationKind::Input { .. } => "input",
-        DeclarationKind::Output { .. } => "output",
-        DeclarationKind::Var { .. } => "var",
-        DeclarationKind::Event { .. } => "event",
-        DeclarationKind::Const { .. } => "const",
-        DeclarationKind::Timer { .. } => "timer",
-        DeclarationKind::ExternCondition { .. } | DeclarationKind::ExternAction { .. } => "extern",
-    };
-    format!("{kind} {}", word(&declaration.name.text))
 }
 
 /// True if the chart has states, or a policy of statecharts.

@@ -4,11 +4,13 @@
 //! its block, for as long as each change makes the crossings fewer, or the drawing smaller with as many crossings. Then the search starts again from other
 //! orders. So a drawing without crossings keeps the order of its source. If links still cross, the search goes on without blocks (`layered`), and what it finds is
 //! drawn if it has fewer crossings.
+//!
+//! The search may use other sizes of symbols than the drawing has: what is added or left blank does not change the order.
 
 use crate::blocks;
 use crate::channels::{Placed, Tried, place};
 use crate::layered;
-use crate::order::{Graph, Order};
+use crate::order::{Graph, Node, Order};
 
 /// The work for one graph: the sum of its nodes over all layouts that are tried.
 const WORK: usize = 6_000;
@@ -36,14 +38,14 @@ struct Choice {
     longer_way: Vec<bool>,
 }
 
-/// Lays out a connected graph.
-pub(crate) fn lay_out(graph: &Graph) -> Placed {
+/// Lays out a connected graph. The sizes of its nodes decide about the order; `drawn` are those that the drawing has.
+pub(crate) fn lay_out(graph: &Graph, drawn: Vec<Node>) -> Placed {
     let mut choice = Choice { graph: graph.clone(), longer_way: vec![false; graph.arcs.len()] };
     let mut best = choice.tried();
     let mut best_choice = choice.clone();
     let n_nodes = graph.nodes.len();
     if best.cost.0 == 0 || n_nodes > MOST_NODES {
-        return best.placed;
+        return best_choice.drawn(best, drawn);
     }
     let mut left = WORK / n_nodes.max(1);
     let changes = choice.changes();
@@ -63,12 +65,17 @@ pub(crate) fn lay_out(graph: &Graph) -> Placed {
     if best.cost.0 > 0 {
         let order = best_choice.order();
         let columns = blocks::columns(&best_choice.graph, &order);
-        let found = layered::improved(&best_choice.graph, &order, &columns, WORK_OF_PIECES);
+        let graph = &mut best_choice.graph;
+        let (found, places) = layered::improved(graph, &order, &columns, WORK_OF_PIECES);
         if found.cost.0 < best.cost.0 {
-            return found.placed;
+            if graph.nodes == drawn {
+                return found.placed;
+            }
+            graph.nodes = drawn;
+            return layered::ordered(graph, &order, &places);
         }
     }
-    best.placed
+    best_choice.drawn(best, drawn)
 }
 
 impl Choice {
@@ -82,6 +89,15 @@ impl Choice {
         let order = self.order();
         let placed = place(&self.graph, &order, &blocks::columns(&self.graph, &order));
         Tried::new(placed)
+    }
+
+    /// The layout with other sizes of nodes; `own` is that with the sizes of the graph.
+    fn drawn(mut self, own: Tried, nodes: Vec<Node>) -> Placed {
+        if self.graph.nodes == nodes {
+            return own.placed;
+        }
+        self.graph.nodes = nodes;
+        self.tried().placed
     }
 
     /// All changes.

@@ -8,6 +8,9 @@ use std::ops::Range;
 /// The least width of a free stripe.
 const LEAST: i64 = 6;
 
+/// The distance of a side of a frame from what is in it, up to which it is on the same page.
+const NEAR: i64 = 4 * MARGIN;
+
 /// The direction in which pages follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Axis {
@@ -32,6 +35,8 @@ pub(crate) struct Cut<'a> {
     /// The beginning of the next page; between both is nothing but links that cross.
     pub(crate) resume: i64,
     pub(crate) links: Vec<Link<'a>>,
+    /// The number of symbols that begin before this place.
+    n_before: usize,
 }
 
 impl Axis {
@@ -42,6 +47,18 @@ impl Axis {
             Axis::Down => [(top, bottom), (left, right)],
             Axis::Right => [(left, right), (top, bottom)],
         }
+    }
+
+    fn across(self) -> Axis {
+        match self {
+            Axis::Down => Axis::Right,
+            Axis::Right => Axis::Down,
+        }
+    }
+
+    /// True for a link that leads along the axis through the whole band, and is not drawn there.
+    fn passes(self, mark: &Mark, band: &Range<i64>) -> bool {
+        self.link(mark).is_some_and(|link| link.from < band.start && band.end < link.to)
     }
 
     /// The part of a link that a mark is, if it leads along the axis.
@@ -57,16 +74,16 @@ impl Axis {
 pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>) -> Vec<Cut<'a>> {
     let is_here = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
-        from <= band.end && band.start <= to
+        from <= band.end && band.start <= to && !axis.across().passes(mark, band)
     };
     let here: Vec<&Mark> = picture.marks.iter().filter(is_here).collect();
     let places = free_places(&here, axis);
     let mut cuts: Vec<Cut<'_>> = { places.iter() }
-        .map(|(at, resume)| Cut { at: *at, resume: *resume, links: vec![] })
+        .map(|&(at, resume, n_before)| Cut { at, resume, links: vec![], n_before })
         .collect();
     for link in here.iter().filter_map(|mark| axis.link(mark)) {
-        let first = places.partition_point(|(at, _)| *at <= link.from);
-        let last = places.partition_point(|(at, _)| *at < link.to);
+        let first = places.partition_point(|(at, ..)| *at <= link.from);
+        let last = places.partition_point(|(at, ..)| *at < link.to);
         for cut in cuts.get_mut(first..last).unwrap_or_default() {
             cut.links.push(link);
         }
@@ -86,20 +103,23 @@ pub(crate) fn candidates<'a>(picture: &'a Picture, axis: Axis, band: &Range<i64>
 
 /// The part across a band that has marks other than links that only pass, with the margin of a drawing on both sides.
 pub(crate) fn used(picture: &Picture, axis: Axis, band: &Range<i64>) -> Range<i64> {
-    let (across, length) = match axis {
-        Axis::Down => (Axis::Right, picture.height),
-        Axis::Right => (Axis::Down, picture.width),
-    };
-    let is_drawn = |mark: &&Mark| {
+    let length = if axis == Axis::Down { picture.height } else { picture.width };
+    let is_frame = |mark: &Mark| matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
+    let is_here = |mark: &&Mark| {
         let [_, (from, to)] = axis.extent(mark);
-        let passes = across.link(mark).is_some_and(|it| it.from < band.start && band.end < it.to);
-        // A side of a frame that is far from everything in it needs no paper.
-        let is_frame = matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. });
-        from <= band.end && band.start <= to && !passes && !is_frame
+        from <= band.end && band.start <= to && !axis.across().passes(mark, band)
     };
-    let ends = picture.marks.iter().filter(is_drawn).map(|mark| axis.extent(mark)[0]);
+    let (frames, drawn): (Vec<&Mark>, Vec<&Mark>) =
+        picture.marks.iter().filter(is_here).partition(|mark| is_frame(mark));
+    let ends = drawn.into_iter().map(|mark| axis.extent(mark)[0]);
     let ends = ends.reduce(|all, one| (all.0.min(one.0), all.1.max(one.1)));
-    let (from, to) = ends.unwrap_or((0, length));
+    let (mut from, mut to) = ends.unwrap_or((0, length));
+    // A side of a frame that is far from everything in it needs no paper. Inner frames come last.
+    for frame in frames.into_iter().rev() {
+        let [(first, last), _] = axis.extent(frame);
+        from = if (from - NEAR..from).contains(&first) { first } else { from };
+        to = if (to..to + NEAR).contains(&last) { last } else { to };
+    }
     (from - MARGIN).max(0)..(to + MARGIN + 1).min(length)
 }
 
@@ -112,12 +132,15 @@ enum Blocked {
     FrameEnd,
     /// A symbol with its texts, or a state.
     Content,
-    /// A heading, a legend, or a sign on a link: it has no row of pages of its own.
+    /// A line of a link across the axis: a cut may be before or after it, but it has no page of its own.
+    Link,
+    /// A heading, a legend, or a sign on a link: it has no page of its own.
     Note,
 }
 
-/// The ends and beginnings of pages in the stripes between symbols, which are not crossed by anything but links and frames. A symbol and its texts are one thing.
-fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
+/// The ends and beginnings of pages in the stripes between symbols, which are not crossed by anything but links and frames, with the number of symbols that begin
+/// before. A symbol and its texts are one thing.
+fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64, usize)> {
     let mut blocked: Vec<(i64, i64, Blocked)> = Vec::new();
     for group in marks.chunk_by(|mark, next| mark.element.is_some() && mark.element == next.element)
     {
@@ -127,7 +150,11 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
             Shape::Text { .. } => axis == Axis::Down && mark.element.is_none(),
             _ => false,
         });
-        let kind = if is_note { Blocked::Note } else { Blocked::Content };
+        let kind = match is_note {
+            true => Blocked::Note,
+            false if group.iter().all(|mark| mark.link.is_some()) => Blocked::Link,
+            false => Blocked::Content,
+        };
         for mark in group.iter().filter(|mark| axis.link(mark).is_none()) {
             let [(from, to), _] = axis.extent(mark);
             if matches!(mark.shape, Shape::Rect { pen: Pen::Frame, .. }) {
@@ -144,15 +171,16 @@ fn free_places(marks: &[&Mark], axis: Axis) -> Vec<(i64, i64)> {
     let last = blocked.iter().filter(is_content).map(|(from, ..)| *from).max().unwrap_or(0);
     let mut places = Vec::new();
     let (mut end, mut before) = (0, Blocked::FrameStart);
-    let mut has_content = false;
+    let (mut n_symbols, mut has_content) = (0, false);
     for (from, to, kind) in blocked {
         let is_between = before != Blocked::FrameStart && kind != Blocked::FrameEnd;
         if has_content && is_between && from - end >= LEAST && end < last {
             let middle = (from + end) / 2;
-            places.push((middle.min(end + MARGIN), middle.max(from - MARGIN)));
+            places.push((middle.min(end + MARGIN), middle.max(from - MARGIN), n_symbols));
             has_content = false;
         }
-        has_content |= kind == Blocked::Content;
+        n_symbols += usize::from(kind == Blocked::Content);
+        has_content |= kind == Blocked::Content || kind == Blocked::Link && n_symbols > 0;
         if to >= end {
             (end, before) = (to, kind);
         }
@@ -171,11 +199,11 @@ pub(crate) fn division<'a>(
     room: i64,
     part: impl Fn(&Cut<'a>, &Cut<'a>) -> (i64, usize),
 ) -> Vec<Cut<'a>> {
-    let border = |at| Cut { at, resume: at, links: Vec::new() };
-    let cuts: Vec<Cut<'a>> = [border(used.start)]
+    let border = |at, n_before| Cut { at, resume: at, links: Vec::new(), n_before };
+    let cuts: Vec<Cut<'a>> = [border(used.start, 0)]
         .into_iter()
         .chain(cuts.iter().cloned())
-        .chain([border(used.end)])
+        .chain([border(used.end, usize::MAX)])
         .collect();
     // The best division of what is before each cut, and the cut before it.
     let mut best: Vec<(Cost, usize)> = vec![((0, 0, 0), 0)];
@@ -187,7 +215,10 @@ pub(crate) fn division<'a>(
                 break;
             }
             let (size, n_links) = part(&cuts[index], cut);
-            let cost = (excess + (size - room).max(0), n_cut + n_links + 1, squares + net * net);
+            // A page without symbols is as bad as one that is twice too long.
+            let is_empty = cut.n_before == cuts[index].n_before;
+            let too_long = (size - room).max(if is_empty { room } else { 0 });
+            let cost = (excess + too_long, n_cut + n_links + 1, squares + net * net);
             if choice.is_none_or(|(known, _)| cost < known) {
                 choice = Some((cost, index));
             }

@@ -45,9 +45,14 @@ struct Pieces {
     links: Vec<[Option<usize>; 3]>,
 }
 
-/// A layout with few crossings. The search begins with the order of `start`, and `work` is the sum of its pieces over all layouts that are
+/// A layout with few crossings, and the order of its pieces. The search begins with the order of `start`, and `work` is the sum of its pieces over all layouts that are
 /// tried.
-pub(crate) fn improved(graph: &Graph, order: &Order, start: &Columns, work: usize) -> Tried {
+pub(crate) fn improved(
+    graph: &Graph,
+    order: &Order,
+    start: &Columns,
+    work: usize,
+) -> (Tried, Vec<usize>) {
     let pieces = Pieces::of(graph, order);
     let tried =
         |places: &[usize]| Tried::new(place(graph, order, &pieces.columns(&pieces.axes(places))));
@@ -60,7 +65,7 @@ pub(crate) fn improved(graph: &Graph, order: &Order, start: &Columns, work: usiz
             let (rest, targets) = pieces.targets(piece, &places);
             for target in targets {
                 if left == 0 || best.cost.0 == 0 {
-                    return best;
+                    return (best, places);
                 }
                 left -= 1;
                 let mut other = rest.clone();
@@ -72,9 +77,15 @@ pub(crate) fn improved(graph: &Graph, order: &Order, start: &Columns, work: usiz
             }
         }
         if best.cost.0 == before {
-            return best;
+            return (best, places);
         }
     }
+}
+
+/// The layout with an order of the pieces.
+pub(crate) fn ordered(graph: &Graph, order: &Order, places: &[usize]) -> Placed {
+    let pieces = Pieces::of(graph, order);
+    place(graph, order, &pieces.columns(&pieces.axes(places)))
 }
 
 /// The only link of these that does not lead up.

@@ -21,6 +21,7 @@ mod blocks;
 mod channels;
 mod container;
 mod content;
+mod continued;
 mod exchange;
 mod foreign;
 mod grid;
@@ -161,6 +162,11 @@ fn collected(design: &Design, options: &Options<'_>) -> Result<content::Content,
     let mut content = content::content(design, &charts, options.style, options.words);
     if options.style == Style::Sfc && content.scopes.iter().any(|scope| scope.states.is_some()) {
         return Err(NotDrawn::Statechart);
+    }
+    let is_plain =
+        options.blank == Blank::default() && options.parts.is_empty() && options.counts.is_none();
+    if !is_plain {
+        overlay::keep_order(&mut content.scopes);
     }
     overlay::mark_active(&mut content, options.active)?;
     overlay::leave_blank(&mut content, options.blank);

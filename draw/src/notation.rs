@@ -4,6 +4,7 @@ use crate::text::Rich;
 use grafsynth_ir::chart::{Expr, Leaf, Path, Stmt, StmtKind};
 use grafsynth_ir::expr::{ArithOp, CompareOp, ExprKind};
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 /// Precedence of the context, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,11 +61,17 @@ pub(crate) enum Signs {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Notation {
     pub(crate) signs: Signs,
-    /// All names that the design declares: `Xp` is the activity of step `p` only if nothing else is called `Xp`.
-    pub(crate) declared: BTreeSet<String>,
+    /// All names that the design declares: `Xp` is the activity of step `p` only if nothing else is called `Xp`, and the name `a.b` is plain only if nothing is
+    /// called `a`.
+    pub(crate) declared: Rc<BTreeSet<String>>,
 }
 
 impl Notation {
+    /// The same with the words of the chart language.
+    pub(crate) fn spelled(&self) -> Notation {
+        Notation { signs: Signs::Words, declared: Rc::clone(&self.declared) }
+    }
+
     pub(crate) fn expr(&self, expr: &Expr) -> Rich {
         let mut out = Rich::default();
         self.write(&mut out, expr, Level::Open);
@@ -119,7 +126,7 @@ impl Notation {
 
     /// The time of a step as an operand of a comparison.
     pub(crate) fn time(&self, step: &Path) -> String {
-        format!("{}.{}", self.path(step), if self.signs == Signs::St { "T" } else { "t" })
+        format!("{}.{}", self.around(step), if self.signs == Signs::St { "T" } else { "t" })
     }
 
     /// A duration; in structured text a literal.
@@ -127,8 +134,27 @@ impl Notation {
         if self.signs == Signs::St { literal(ns) } else { duration(ns) }
     }
 
-    /// A name; one that is not a plain word, or is a word of the notation, is in backquotes.
+    /// A name by itself; one that is not plain is in backquotes. Plain are words that are not of the notation, and such words with dots between them if this
+    /// cannot be a member of something else.
     pub(crate) fn word(&self, name: &str) -> String {
+        if self.is_dotted(name) { name.to_owned() } else { self.name_in_path(name) }
+    }
+
+    fn is_dotted(&self, name: &str) -> bool {
+        let mut words = name.split('.');
+        let first = words.next().unwrap_or_default();
+        // The activity and the time of a step, in the chart language and in structured text.
+        let is_of_step =
+            ["active", "t", "X", "T"].iter().any(|it| words.clone().next_back() == Some(it));
+        let is_plain = |word: &str| self.name_in_path(word) == word;
+        name.contains('.')
+            && is_plain(first)
+            && words.all(is_plain)
+            && !is_of_step
+            && !self.declared.contains(first)
+    }
+
+    fn name_in_path(&self, name: &str) -> String {
         let is_taken = |word: &str| word.eq_ignore_ascii_case(name);
         if self.signs == Signs::St && ST_RESERVED.iter().any(|word| is_taken(word)) {
             format!("`{name}`")
@@ -139,7 +165,16 @@ impl Notation {
 
     /// A path; names that are not plain words are in backquotes.
     pub(crate) fn path(&self, path: &Path) -> String {
-        let names: Vec<String> = path.names.iter().map(|name| self.word(&name.text)).collect();
+        if let [only] = path.names.as_slice() {
+            return self.word(&only.text);
+        }
+        self.around(path)
+    }
+
+    /// A path before the name of a member.
+    fn around(&self, path: &Path) -> String {
+        let names: Vec<String> =
+            path.names.iter().map(|name| self.name_in_path(&name.text)).collect();
         names.join(".")
     }
 
@@ -166,7 +201,7 @@ impl Notation {
 
     /// `Xp` for the activity of step `p`, if this is unambiguous.
     fn activity(&self, step: &Path) -> Option<String> {
-        let text = path(step);
+        let text = self.path(step);
         let first = step.names.first().filter(|_| !self.is_spelled())?;
         let is_own = is_word(&first.text) && !self.declared.contains(&format!("X{}", first.text));
         is_own.then(|| format!("X{text}"))
@@ -356,7 +391,9 @@ impl Notation {
                 out.push("/");
                 match &inner.kind {
                     // `3s/Xp` is the time of a step, so the delay of its activity is written in full.
-                    ExprKind::Leaf(Leaf::Name(name)) if !self.is_spelled() => out.push(&path(name)),
+                    ExprKind::Leaf(Leaf::Name(name)) if !self.is_spelled() => {
+                        out.push(&self.path(name));
+                    }
                     _ => self.write(out, inner, Level::Prefix),
                 }
                 if *off > 0 {
@@ -371,7 +408,7 @@ impl Notation {
     fn name(&self, name: &Path) -> String {
         let step = step_of(name, "active");
         match (self.signs, step, step_of(name, "t")) {
-            (Signs::St, Some(step), _) => format!("{}.X", self.path(&step)),
+            (Signs::St, Some(step), _) => format!("{}.X", self.around(&step)),
             (Signs::St, None, Some(step)) => self.time(&step),
             (_, step, _) => {
                 step.and_then(|it| self.activity(&it)).unwrap_or_else(|| self.path(name))
@@ -382,7 +419,7 @@ impl Notation {
     /// A list of statements: in structured text, or else with the words of the chart language.
     pub(crate) fn block(&self, block: &[Stmt]) -> String {
         let signs = if self.signs == Signs::St { Signs::St } else { Signs::Words };
-        let spelled = Notation { signs, declared: BTreeSet::new() };
+        let spelled = Notation { signs, declared: Rc::clone(&self.declared) };
         let all: Vec<String> = block.iter().map(|stmt| spelled.stmt(stmt)).collect();
         all.join("; ")
     }
@@ -458,19 +495,13 @@ fn is_word(text: &str) -> bool {
 }
 
 /// A name; one that is not a plain word is in backquotes.
-pub(crate) fn word(name: &str) -> String {
+fn word(name: &str) -> String {
     // Letters of other scripts make plain names, too, but here only ASCII and letters are surely plain.
     let is_plain = is_word(name)
         || !RESERVED.contains(&name)
             && name.chars().next().is_some_and(|c| c.is_alphabetic() || c == '_')
             && name.chars().all(|c| c.is_alphanumeric() || c == '_');
     if is_plain { name.to_owned() } else { format!("`{name}`") }
-}
-
-/// A path; names that are not plain words are in backquotes.
-pub(crate) fn path(path: &Path) -> String {
-    let names: Vec<String> = path.names.iter().map(|name| word(&name.text)).collect();
-    names.join(".")
 }
 
 /// A text in quotes.

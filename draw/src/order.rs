@@ -11,7 +11,7 @@ pub(crate) struct Arc {
 }
 
 /// The space that a node needs, and its links.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) struct Node {
     /// Pixels to the left of the axis.
     pub(crate) left: i64,

@@ -174,6 +174,14 @@ fn each_symbol(scopes: &mut [Scope], change: &mut impl FnMut(&mut Symbol, Span))
     }
 }
 
+/// Keeps the order of the charts as they are now, whatever is added or left blank later.
+pub(crate) fn keep_order(scopes: &mut [Scope]) {
+    for scope in scopes {
+        scope.plain = scope.symbols.iter().map(|symbol| symbol.draw().0).collect();
+        keep_order(&mut scope.inner);
+    }
+}
+
 /// Leaves parts of all charts blank.
 pub(crate) fn leave_blank(content: &mut Content, blank: Blank) {
     content.scopes.iter_mut().for_each(|scope| leave_scope(scope, blank));

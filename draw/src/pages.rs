@@ -2,13 +2,14 @@
 //!
 //! A drawing that is larger than the paper is cut into rows of pages, and each row between symbols from left to right, where only links cross the cuts, or made
 //! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end; it is not drawn on
-//! the pages between. Only a part without a place for a cut is made smaller than that.
+//! the pages between. A page on which a frame goes on has its heading again (`continued`). Only a part without a place for a cut is made smaller than that.
 
+use crate::continued::{self, Frame};
 use crate::grid::{Axis, Cut, Link, candidates, division, used};
 use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// The sizes of paper.
@@ -89,6 +90,9 @@ const GAP: i64 = 8;
 /// The width in which the lines to marks at the side of a page are spread.
 const LEAD: i64 = 14;
 
+/// The page for which marks have room.
+const LAST_PAGE: usize = 999;
+
 /// How much smaller a drawing may be, in thousandths: its smallest letters, of 11 pixels, still have 7 points.
 const READABLE: i64 = 1176;
 
@@ -161,11 +165,13 @@ struct Row<'a> {
 /// The rows of pages of a drawing.
 struct Grid<'a> {
     rows: Vec<Row<'a>>,
+    frames: Vec<Frame<'a>>,
 }
 
 impl<'a> Grid<'a> {
     /// The cuts into parts of at most the size `room`, if that is possible.
     fn new(picture: &'a Picture, room: (i64, i64)) -> Self {
+        let frames = continued::frames(picture);
         let mut downs = Vec::new();
         if picture.height > room.1 {
             let all = candidates(picture, Axis::Down, &(0..picture.width));
@@ -173,11 +179,13 @@ impl<'a> Grid<'a> {
                 // The links that do not only pass.
                 let ends = |cut: &Cut<'a>, is_here: &dyn Fn(&&Link<'a>) -> bool| {
                     let links = cut.links.iter().filter(is_here);
-                    links.map(|link| (link.place, link.step)).collect::<Vec<_>>()
+                    labels(links.map(|link| (link.place, link.step, LAST_PAGE)))
                 };
                 let first = ends(above, &|link| link.to <= below.at);
                 let last = ends(below, &|link| link.from >= above.at);
-                (below.at - above.resume + height(&first) + height(&last), last.len())
+                let high = above.resume..below.at;
+                let headings = continued::height(&frames, &(0..picture.width), &high);
+                (headings + high.end - high.start + height(&first) + height(&last), last.len())
             });
         }
         let starts = [0].into_iter().chain(downs.iter().map(|cut| cut.resume));
@@ -198,7 +206,7 @@ impl<'a> Grid<'a> {
             }
             rows.push(Row { high, wide, above: Vec::new(), below: Vec::new(), cuts });
         }
-        let mut grid = Grid { rows };
+        let mut grid = Grid { rows, frames };
         grid.find_cords(picture, &downs);
         grid
     }
@@ -269,24 +277,24 @@ impl<'a> Grid<'a> {
             cords.iter().filter(|cord| wide.contains(&cord.x)).copied().collect()
         };
         let (above, below) = (here(&row.above), here(&row.below));
-        let origin =
-            (left.map_or(0, side_width) - wide.start, height(&names(&above)) - row.high.start);
+        let named = |cords: &[Cord<'a>]| {
+            labels(cords.iter().map(|cord| (cord.x, cord.step, self.page(cord.other, cord.x))))
+        };
+        let (names_above, names_below) = (named(&above), named(&below));
         let mut out = shapes(picture, &wide, &row.high);
+        let headings = continued::headings(&mut out, &self.frames, &wide, &row.high);
+        let top = headings.height + height(&names_above);
+        let origin = (left.map_or(0, side_width) - wide.start, top - row.high.start);
         out.shift(origin.0, origin.1);
         let (end, bottom) = (origin.0 + wide.end, origin.1 + row.high.end);
-        (out.width, out.height) = (end, bottom + height(&names(&below)));
-        let top = origin.1 + row.high.start;
-        for (cords, y, way) in [(above, top, -1), (below, bottom, 1)] {
-            let all = cords.iter().zip(rows(&names(&cords)));
-            for (cord, row) in all {
-                let label = label(cord.step, self.page(cord.other, cord.x));
-                mark(
-                    &mut out,
-                    &label,
-                    (cord.x + origin.0, y),
-                    way * (GAP + row * ROW),
-                    cord.leads_up,
-                );
+        (out.width, out.height) = (end.max(out.width + origin.0), bottom + height(&names_below));
+        out.put(headings, origin.0 + wide.start, 0);
+        for (cords, names, y, way) in
+            [(above, names_above, top, -1), (below, names_below, bottom, 1)]
+        {
+            for ((cord, (x, label)), row) in cords.iter().zip(&names).zip(rows(&names)) {
+                let away = way * (GAP + row * ROW);
+                mark(&mut out, label, (x + origin.0, y), away, cord.leads_up);
             }
         }
         let bounds = top..bottom;
@@ -300,11 +308,6 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The columns and steps of links at a border.
-fn names<'a>(cords: &[Cord<'a>]) -> Vec<(i64, &'a str)> {
-    cords.iter().map(|cord| (cord.x, cord.step)).collect()
-}
-
 /// The pixels of a length in tenths of a millimetre.
 fn pixels(tenths: i64) -> i64 {
     tenths * 96 / 254
@@ -315,21 +318,38 @@ fn thousandths(length: i64, space: i64) -> i64 {
     ((length * 1000 + space - 1) / space.max(1)).max(1000)
 }
 
-/// The mark of a link: its step, and the page of the other end.
-fn label(step: &str, page: usize) -> String {
-    format!("{step} / page {page}")
+/// The places of links at a border with their marks: the step, and the page of the other end. If several links of a step lead to that page, they are numbered
+/// in their order, which is the same on both pages.
+fn labels<'a>(links: impl Iterator<Item = (i64, &'a str, usize)>) -> Vec<(i64, String)> {
+    let links: Vec<_> = links.collect();
+    let mut numbers: BTreeMap<(&str, usize), (usize, usize)> = BTreeMap::new();
+    for (_, step, page) in &links {
+        numbers.entry((step, *page)).or_default().1 += 1;
+    }
+    let label = |(place, step, page): &(i64, &'a str, usize)| {
+        let (number, all) = numbers.entry((step, *page)).or_default();
+        *number += 1;
+        let number = if *all > 1 { format!(" ({number})") } else { String::new() };
+        (*place, format!("{step}{number} / page {page}"))
+    };
+    links.iter().map(label).collect()
+}
+
+/// The marks of the links at a cut in a row of pages; those of its other side have another page.
+fn side_labels(cut: &Cut<'_>, page: usize) -> Vec<(i64, String)> {
+    labels(cut.links.iter().map(|link| (link.place, link.step, page)))
 }
 
 /// The width of the mark of a link.
-fn label_width(step: &str) -> i64 {
-    width(&label(step, 999), Font::Small.size())
+fn label_width(label: &str) -> i64 {
+    width(label, Font::Small.size())
 }
 
 /// The row of the mark of each link, counted from the drawing: below or above a mark, no other link is in its way.
-fn rows(links: &[(i64, &str)]) -> Vec<i64> {
+fn rows(links: &[(i64, String)]) -> Vec<i64> {
     let mut rows = vec![0; links.len()];
-    for (index, (x, step)) in links.iter().enumerate().rev() {
-        let end = x + 5 + label_width(step) + 4;
+    for (index, (x, label)) in links.iter().enumerate().rev() {
+        let end = x + 5 + label_width(label) + 4;
         let right = links.iter().enumerate().skip(index + 1);
         let in_the_way = right.take_while(|(_, (other, _))| *other < end);
         rows[index] = in_the_way.map(|(other, _)| rows[other] + 1).max().unwrap_or(0);
@@ -338,13 +358,14 @@ fn rows(links: &[(i64, &str)]) -> Vec<i64> {
 }
 
 /// The height of the marks at a border of a row of pages.
-fn height(links: &[(i64, &str)]) -> i64 {
+fn height(links: &[(i64, String)]) -> i64 {
     rows(links).into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
 }
 
 /// The width of the marks on each side of a cut in a row of pages.
 fn side_width(cut: &Cut<'_>) -> i64 {
-    cut.links.iter().map(|link| LEAD + 4 + label_width(link.step)).max().unwrap_or(0)
+    let labels = side_labels(cut, LAST_PAGE);
+    labels.iter().map(|(_, label)| LEAD + 4 + label_width(label)).max().unwrap_or(0)
 }
 
 /// The shapes of a part of a drawing.
@@ -422,14 +443,13 @@ fn side_marks(
         *height = free.min(*height);
         free = *height - ROW;
     }
-    for (Link { place: at, step, .. }, height) in cut.links.iter().zip(heights) {
-        let label = label(step, page);
+    for ((at, label), height) in side_labels(cut, page).iter().zip(heights) {
         let end = x + way * LEAD;
         out.line((x, at + shift), (end, height), Pen::Line);
         out.line((end, height - 4), (end, height + 4), Pen::Detail);
-        let wide = width(&label, Font::Small.size());
+        let wide = label_width(label);
         let left = if way > 0 { end + 3 } else { end - 3 - wide };
-        out.text((left, height + 4), &label, Font::Small);
+        out.text((left, height + 4), label, Font::Small);
         out.width = out.width.max(left + wide);
     }
 }

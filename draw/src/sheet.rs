@@ -5,7 +5,7 @@ use crate::channels::{HALF, Placed};
 use crate::content::{Content, Scope};
 use crate::exchange::lay_out;
 use crate::nest;
-use crate::order::{Arc, Graph};
+use crate::order::{Arc, Graph, Node};
 use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use std::collections::BTreeMap;
 
@@ -124,8 +124,10 @@ fn components(scope: &Scope) -> Vec<Picture> {
         links[component].push(Arc { from, to: number[arc.to].1 });
     }
     let parts = all.iter().zip(links).map(|(members, arcs)| {
-        let nodes = members.iter().map(|node| whole.nodes[*node].clone()).collect();
-        let placed = lay_out(&Graph::new(nodes, arcs));
+        let of = |all: &[Node]| members.iter().map(|node| all[*node].clone()).collect::<Vec<_>>();
+        let drawn_nodes = of(&whole.nodes);
+        let plain = if scope.plain.is_empty() { drawn_nodes.clone() } else { of(&scope.plain) };
+        let placed = lay_out(&Graph::new(plain, arcs), drawn_nodes);
         let symbols = members.iter().map(|node| std::mem::take(&mut drawn[*node])).collect();
         let own = members.iter().map(|node| &scope.symbols[*node]);
         let names: Vec<Option<&str>> = own.map(crate::symbol::Symbol::of_link).collect();

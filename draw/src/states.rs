@@ -2,7 +2,7 @@
 //!
 //! Texts have the words of the chart language: UML leaves the language of guards and actions open.
 
-use crate::notation::{Notation, Signs, duration, path, quoted, word};
+use crate::notation::{Notation, duration, quoted};
 use crate::picture::Element;
 use grafsynth_ir::Gather;
 use grafsynth_ir::chart::{
@@ -74,12 +74,12 @@ pub(crate) struct Tree {
 }
 
 impl Tree {
-    pub(crate) fn of_chart(chart: &Chart) -> Tree {
-        Reader::read(&chart.name.text, &chart.items, &chart.initial)
+    pub(crate) fn of_chart(chart: &Chart, notation: &Notation) -> Tree {
+        Reader::read(&chart.name.text, &chart.items, &chart.initial, notation.spelled())
     }
 
-    pub(crate) fn of_library(library: &Library) -> Tree {
-        Reader::read(&library.name.text, &library.items, &[])
+    pub(crate) fn of_library(library: &Library, notation: &Notation) -> Tree {
+        Reader::read(&library.name.text, &library.items, &[], notation.spelled())
     }
 
     /// The vertices from this one to the chart.
@@ -116,8 +116,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn read(name: &str, items: &'a [Item], initial: &'a [Path]) -> Tree {
-        let notation = Notation { signs: Signs::Words, declared: BTreeSet::new() };
+    fn read(name: &str, items: &'a [Item], initial: &'a [Path], notation: Notation) -> Tree {
         let tree = Tree::default();
         let mut reader = Reader { notation, tree, pending: Vec::new(), names: BTreeMap::new() };
         reader.add(0, Kind::Chart, name, None);
@@ -386,10 +385,12 @@ impl<'a> Reader<'a> {
     /// `name: event [guard] / actions`.
     fn label(&self, transition: &Transition) -> String {
         let mut parts = Vec::new();
-        parts.extend(transition.name.as_ref().map(|name| format!("{}:", word(&name.text))));
+        parts.extend(
+            transition.name.as_ref().map(|name| format!("{}:", self.notation.word(&name.text))),
+        );
         let after = transition.after.as_ref().map(|(length, _)| match length {
             Length::Ns(ns) => format!("after {}", duration(*ns)),
-            Length::Named(name) => format!("after {}", path(name)),
+            Length::Named(name) => format!("after {}", self.notation.path(name)),
         });
         parts.extend(self.trigger(&transition.events, transition.guard.as_ref(), after));
         parts.extend((!transition.actions.is_empty()).then(|| self.suffix(&transition.actions)));
@@ -398,7 +399,7 @@ impl<'a> Reader<'a> {
 
     /// Events, the time, and the guard in brackets. If an event must happen after a time, the time is a guard, too.
     fn trigger(&self, events: &[Name], guard: Option<&Expr>, after: Option<String>) -> Vec<String> {
-        let names: Vec<String> = events.iter().map(|event| event_name(&event.text)).collect();
+        let names: Vec<String> = events.iter().map(|event| self.event(&event.text)).collect();
         let mut parts = Vec::new();
         parts.extend((!names.is_empty()).then(|| names.join(", ")));
         let mut guards = Vec::new();
@@ -411,11 +412,23 @@ impl<'a> Reader<'a> {
         parts
     }
 
+    /// The name of an event; the event that a state raises when it is completed is `state.done`.
+    fn event(&self, name: &str) -> String {
+        match name.strip_prefix("done.state.") {
+            Some(state) => {
+                let names: Vec<String> =
+                    state.split('.').map(|name| self.notation.word(name)).collect();
+                format!("{}.done", names.join("."))
+            }
+            None => self.notation.word(name),
+        }
+    }
+
     /// An activity or reaction of a state.
     fn line(&self, item: &StepItem) -> String {
         match &item.kind {
             StepItemKind::Action { target, arguments, how, condition } => {
-                let mut text = format!("do / {}", word(&target.text));
+                let mut text = format!("do / {}", self.notation.word(&target.text));
                 if let Some(arguments) = arguments {
                     let all = arguments.iter().map(|one| self.notation.expr(one).text);
                     text.push_str(&format!("({})", all.collect::<Vec<_>>().join(", ")));
@@ -447,33 +460,24 @@ impl<'a> Reader<'a> {
             StepItemKind::Budget(cost) => format!("budget {cost}"),
             StepItemKind::Task { name, cost, body } => {
                 let cost = cost.map(|cost| format!(" cost {cost}")).unwrap_or_default();
-                format!("task {}{cost} / {}", word(&name.text), self.block(body))
+                format!("task {}{cost} / {}", self.notation.word(&name.text), self.block(body))
             }
             StepItemKind::Code(code) => {
-                format!("code {} {}", word(&code.language), quoted(&code.text))
+                format!("code {} {}", self.notation.word(&code.language), quoted(&code.text))
             }
             StepItemKind::Force { target, order } => {
                 let order = match order {
-                    ForceOrder::Situation(steps) => {
-                        steps.iter().map(path).collect::<Vec<_>>().join(", ")
-                    }
+                    ForceOrder::Situation(steps) => steps
+                        .iter()
+                        .map(|step| self.notation.path(step))
+                        .collect::<Vec<_>>()
+                        .join(", "),
                     ForceOrder::Init => "INIT".to_owned(),
                     ForceOrder::Hold => "*".to_owned(),
                 };
-                format!("force {} {{{order}}}", path(target))
+                format!("force {} {{{order}}}", self.notation.path(target))
             }
         }
-    }
-}
-
-/// The name of an event; the event that a state raises when it is completed is `state.done`.
-fn event_name(name: &str) -> String {
-    match name.strip_prefix("done.state.") {
-        Some(state) => {
-            let names: Vec<String> = state.split('.').map(word).collect();
-            format!("{}.done", names.join("."))
-        }
-        None => word(name),
     }
 }
 
@@ -487,9 +491,9 @@ fn about(meta: &Meta) -> Vec<String> {
 
 /// `start = m` or `done → x`.
 fn argument(notation: &Notation, argument: &Argument) -> String {
-    let name = word(&argument.parameter.text);
+    let name = notation.word(&argument.parameter.text);
     match &argument.value {
         ArgumentValue::Reads(expr) => format!("{name} = {}", notation.expr(expr).text),
-        ArgumentValue::Drives(target) => format!("{name} → {}", path(target)),
+        ArgumentValue::Drives(target) => format!("{name} → {}", notation.path(target)),
     }
 }

@@ -31,6 +31,14 @@ pub(crate) struct Look {
     pub(crate) picture: Picture,
 }
 
+/// The part of a state with its name and activities, from its upper left corner.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Header {
+    pub(crate) height: i64,
+    /// The width, if it is a tab that leaves the rest of the upper side to transitions; `None` for the width of the state.
+    pub(crate) width: Option<i64>,
+}
+
 /// Lines of text: their indents, and the fonts.
 struct Lines(Vec<(i64, String, Font)>);
 
@@ -129,8 +137,8 @@ fn round(vertex: &Vertex, least: i64, n_links: i64) -> Look {
     look
 }
 
-/// Draws what depends on the final size: borders, circles, and texts in the middle. A state that contains others has the height of its header.
-pub(crate) fn finish(vertex: &Vertex, look: &mut Look, header: Option<i64>) {
+/// Draws what depends on the final size: borders, circles, and texts in the middle. A state that contains others has a header.
+pub(crate) fn finish(vertex: &Vertex, look: &mut Look, header: Option<Header>) {
     let pen = if vertex.kind == Kind::Instance { Pen::Line } else { Pen::State };
     let (wide, high, middle) = (look.width, look.height, look.reach / 2);
     let radius = look.radius.unwrap_or(0);
@@ -156,18 +164,23 @@ pub(crate) fn finish(vertex: &Vertex, look: &mut Look, header: Option<i64>) {
         Kind::Chart | Kind::State | Kind::Instance | Kind::Unknown => {
             if vertex.is_active {
                 // Of a composite state, only the part with its name: its active states are in the rest.
-                picture.rect((0, 0), (wide, header.unwrap_or(high)), Pen::Shade);
+                let header = header.map(|it| (it.width.unwrap_or(wide), it.height));
+                picture.rect((0, 0), header.unwrap_or((wide, high)), Pen::Shade);
             }
             picture.rect((0, 0), (wide, high), pen);
             if vertex.is_active {
                 picture.add(Shape::Circle { x: wide - 10, y: 10, radius: 4, is_filled: true });
             }
             let (head, body) = compartments(vertex);
-            if let Some(header) = header {
-                picture.line((0, header), (wide, header), Pen::Detail);
+            if let Some(Header { height, width }) = header {
+                let end = width.unwrap_or(wide);
+                picture.line((0, height), (end, height), Pen::Detail);
                 if !body.0.is_empty() {
                     let y = head.height() + 10;
-                    picture.line((0, y), (wide, y), Pen::Detail);
+                    picture.line((0, y), (end, y), Pen::Detail);
+                }
+                if end < wide {
+                    picture.line((end, 0), (end, height), Pen::Detail);
                 }
                 return;
             }

@@ -17,8 +17,8 @@ enum Side {
     Right,
 }
 
-/// The ends of links with the same print: the page, the page of the other end, the side, and the step.
-type Ends = BTreeMap<(usize, usize, Side, String), Vec<(i64, i64)>>;
+/// The ends of links by what is printed: the page, the page of the other end, the side, and the step, perhaps with a number.
+type Ends = BTreeMap<(usize, usize, Side, String), (i64, i64)>;
 
 /// The shapes of a page without its title block and marks, which are added to `ends`.
 fn content(svg: &str, number: usize, ends: &mut Ends) -> Result<Shapes, String> {
@@ -50,7 +50,10 @@ fn content(svg: &str, number: usize, ends: &mut Ends) -> Result<Shapes, String> 
             (false, true, _) => Side::Right,
             (false, false, _) => Side::Left,
         };
-        ends.entry((number, page, side, step.to_owned())).or_default().push(cut);
+        let before = ends.insert((number, page, side, step.to_owned()), cut);
+        if before.is_some() {
+            return Err(format!("page {number}: {} twice", text.text));
+        }
     }
     Ok(shapes)
 }
@@ -63,24 +66,20 @@ fn assembled(svgs: &[String]) -> Result<Shapes, String> {
         parts.push(content(svg, number, &mut ends)?);
     }
     let mut pairs = Vec::new();
-    let mut n_ends = 0;
     for ((page, other, side, step), here) in &ends {
-        n_ends += here.len();
         let opposite = match side {
             Side::Bottom => Side::Top,
             Side::Right => Side::Left,
             _ => continue,
         };
         let there = ends.get(&(*other, *page, opposite, step.clone()));
-        let (mut here, mut there) = (here.clone(), there.cloned().unwrap_or_default());
-        if here.len() != there.len() || page >= other {
-            return Err(format!("{step}: pages {page} and {other}"));
+        let there = there.ok_or_else(|| format!("{step}: pages {page} and {other}"))?;
+        if page >= other {
+            return Err(format!("{step}: page {other} before page {page}"));
         }
-        here.sort_unstable();
-        there.sort_unstable();
-        pairs.extend(here.into_iter().zip(there).map(|pair| (*page, *other, *side, pair)));
+        pairs.push((*page, *other, *side, (*here, *there)));
     }
-    if n_ends != 2 * pairs.len() {
+    if ends.len() != 2 * pairs.len() {
         return Err("an end without another one".to_owned());
     }
     // Pages beside each other are moved until their links meet; all others are below each other, and so far

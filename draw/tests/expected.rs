@@ -152,6 +152,8 @@ impl Vocabulary {
                     self.declarations.push('\n');
                 }
                 Item::Step(one) => drop(self.names.insert(one.name.text.clone())),
+                Item::Use(one) => drop(self.names.insert(one.name.text.clone())),
+                Item::Action(one) => drop(self.names.insert(one.name.text.clone())),
                 Item::MacroStep(one) => drop(self.names.insert(one.name.text.clone())),
                 Item::Macro(one) => self.add(&one.items),
                 Item::Enclosing(one) => {
@@ -163,8 +165,16 @@ impl Vocabulary {
         }
     }
 
+    /// A drawn text with dotted names in backquotes: `a.b` is a name if nothing has the name `a`, and otherwise a member of `a`.
+    pub(crate) fn quoted(&self, drawn: &str) -> String {
+        quoted(drawn, |name| {
+            let first = name.split('.').next().unwrap_or(name);
+            self.names.contains(name) && !self.names.contains(first)
+        })
+    }
+
     fn parse(&self, rest: &str) -> Result<Design, String> {
-        let text = format!("chart x {{\n{}\n{rest}\n}}\n", self.declarations);
+        let text = format!("chart x {{\n{}\n{}\n}}\n", self.declarations, self.quoted(rest));
         let parsed = graf::parse(FileId(0), &text);
         if parsed.diagnostics.iter().any(grafsynth_ir::Diagnostic::is_error) {
             let found: Vec<&str> =
@@ -278,6 +288,7 @@ impl Vocabulary {
         if ["force", "code"].contains(&action.qualifier.as_str()) {
             return Ok(());
         }
+        action.indicator = self.quoted(&action.indicator);
         let text = if self.is_st { chart_language(&action.text) } else { action.text.clone() };
         if let Ok(design) = self.parse(&format!("step a_ {{ {text} }}")) {
             let items = design.charts.into_iter().flat_map(|chart| chart.items);
@@ -309,6 +320,24 @@ impl Vocabulary {
         }
         Err(format!("no list in {drawn}"))
     }
+}
+
+/// A text in which those names with dots that are meant are in backquotes.
+pub(crate) fn quoted(text: &str, is_meant: impl Fn(&str) -> bool) -> String {
+    let is_word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(c) = rest.chars().next() {
+        let end = match c {
+            '`' | '"' => rest[1..].find(c).map_or(rest.len(), |at| at + 2),
+            c if is_word(c) => rest.find(|c| !is_word(c)).unwrap_or(rest.len()),
+            c => c.len_utf8(),
+        };
+        let (word, after) = rest.split_at(end);
+        let is_name = word.contains('.') && is_word(c) && is_meant(word);
+        out.push_str(&if is_name { format!("`{word}`") } else { word.to_owned() });
+        rest = after;
+    }
+    out
 }
 
 fn target_text(name: &str, is_call: bool) -> String {

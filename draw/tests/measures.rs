@@ -3,7 +3,7 @@
 use crate::random::random_chart;
 use crate::read_back::{parsed, rounds};
 use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
-use grafsynth_draw::{Options, Paper, TitleBlock, layout, pages};
+use grafsynth_draw::{Blank, Counts, Options, Paper, TitleBlock, layout, pages};
 use grafsynth_ir::chart::{Design, Item, Path, Step, Transition};
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -114,6 +114,41 @@ fn one_more_step_leaves_the_others_where_they_are() {
     assert!(median <= row, "median shift {median}, a row has {row}");
 }
 
+/// An exercise and its solution have the same order, and so has a drawing with counts: steps above and below each other, and side by side in a row.
+#[test]
+fn what_is_added_or_left_blank_does_not_change_the_order() {
+    let blank = Blank { actions: true, receptivities: true, names: true };
+    let counts = Counts { by_element: BTreeMap::new(), note: "a note".to_owned() };
+    let others = [
+        Options { blank, ..Options::default() },
+        Options { blank: Blank { names: false, ..blank }, ..Options::default() },
+        Options { counts: Some(&counts), ..Options::default() },
+    ];
+    let mut n_pairs = 0;
+    for number in 0..rounds(60, 500) {
+        let text = random_chart(number);
+        // Parts without links between them are put where there is room.
+        if text.matches("initial step").count() > 1 {
+            continue;
+        }
+        let design = parsed(&text);
+        let before = steps(&drawn(&design));
+        for options in &others {
+            let after = steps(&layout(&design, options).expect("it is there"));
+            for (index, (one, place)) in before.iter().enumerate() {
+                for (other, other_place) in before.iter().skip(index + 1) {
+                    let is_in_row = place.1 == other_place.1;
+                    let key = |place: &(i64, i64)| if is_in_row { place.0 } else { place.1 };
+                    let orders = [&before, &after].map(|all| key(&all[one]).cmp(&key(&all[other])));
+                    assert_eq!(orders[0], orders[1], "{number}: {one} and {other}");
+                    n_pairs += 1;
+                }
+            }
+        }
+    }
+    assert!(n_pairs > 1000, "{n_pairs}");
+}
+
 /// The number of links of a chart: one for each step before or after a transition.
 fn n_links(design: &Design) -> usize {
     let items = design.charts.iter().flat_map(|chart| &chart.items);
@@ -149,11 +184,33 @@ fn links_cross_rarely() {
     assert!(others <= 7 * n, "{others}");
 }
 
+/// The marks of cut links on a page: how many of them are at a side, at the upper or lower end of a link that leads up, and at another one.
+fn kinds_of_marks(page: &Picture) -> [usize; 3] {
+    let mut kinds = [0; 3];
+    let has = |is_it: &dyn Fn(&Shape) -> bool| page.marks.iter().any(|mark| is_it(&mark.shape));
+    for mark in &page.marks {
+        let Shape::Text { x, y, text, .. } = &mark.shape else { continue };
+        if !text.contains(" / page ") {
+            continue;
+        }
+        let tick = |shape: &Shape| matches!(shape, Shape::Line { from, to, .. } if (from.0, to.0, from.1) == (x - 11, x - 3, y - 4) && from.1 == to.1);
+        let arrow = |shape: &Shape| matches!(shape, Shape::Arrow { x: at, y: tip, .. } if *at == x - 7 && (tip - y).abs() < 30);
+        kinds[if !has(&tick) {
+            0
+        } else if has(&arrow) {
+            1
+        } else {
+            2
+        }] += 1;
+    }
+    kinds
+}
+
 /// Links are cut only between pages: on one sheet, every link is a line.
 #[test]
 fn links_are_cut_between_pages_only() {
     let (mut n_all, mut n_cut, mut n_pages, mut n_borders, mut n_long) = (0, 0, 0, 0, 0);
-    let mut narrow = (0, 0);
+    let (mut narrow, mut kinds) = ((0, 0), [0; 3]);
     for number in 0..rounds(60, 500) {
         let design = parsed(&structured(number));
         let picture = drawn(&design);
@@ -162,6 +219,10 @@ fn links_are_cut_between_pages_only() {
         n_all += n_links(&design);
         n_pages += pages.len();
         n_borders += pages.len() - 1;
+        for page in &pages {
+            let here = kinds_of_marks(&page.picture);
+            kinds.iter_mut().zip(here).for_each(|(all, more)| *all += more);
+        }
         // The lines that are longer than a page, even in the smallest readable size.
         let long: BTreeSet<(i64, i64, &str)> = { picture.marks.iter() }
             .filter_map(|mark| match &mark.shape {
@@ -184,6 +245,8 @@ fn links_are_cut_between_pages_only() {
     println!(
         "{n_pages} pages, {n_cut} cuts of {n_all} links: {n_long} longer than a page; {n_borders} borders"
     );
+    let [at_sides, up, down] = kinds.map(|marks| marks / 2);
+    println!("of the cuts, {at_sides} are sideways, {up} of links that lead up, {down} of others");
     println!("of charts that are not wider than a page: {} of {} links", narrow.0, narrow.1);
     assert!(narrow.0 * 100 <= narrow.1 * 5, "{narrow:?}");
     // The return of a loop is longer than a page, and the sequence below it crosses each cut.

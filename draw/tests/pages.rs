@@ -1,7 +1,8 @@
 //! Pages show everything once, with marks at both ends of each cut link; PDF files have a valid structure and contain all texts.
 
-use crate::read_back::parsed;
-use grafsynth_draw::picture::{Pen, Picture, Shape};
+use crate::random::random_chart;
+use crate::read_back::{parsed, rounds};
+use grafsynth_draw::picture::{Font, Mark, Pen, Picture, Shape};
 use grafsynth_draw::{
     Counts, Frame, Options, Page, Paper, Part, TitleBlock, frames, layout, page_svg, pages, pdf,
     svg,
@@ -36,16 +37,87 @@ fn texts(picture: &Picture) -> Vec<String> {
 
 /// The mark of a cut link: its step and the page of the other end.
 fn reference(text: &str) -> Option<(&str, usize)> {
-    let (step, page) = text.split_once(" / page ")?;
+    let (step, page) = text.rsplit_once(" / page ")?;
     Some((step, page.parse().ok()?))
+}
+
+/// What a page says after the heading of a frame that begins on another page.
+const CONTINUED: &str = ", continued";
+
+/// The headings of the frames around each symbol, by geometry.
+fn headings(picture: &Picture) -> BTreeMap<&str, BTreeSet<&str>> {
+    let text_at = |at: (i64, i64)| {
+        picture.marks.iter().find_map(|mark| match &mark.shape {
+            Shape::Text { x, y, text, font: Font::Heading, .. } if (*x, *y) == at => {
+                Some(text.as_str())
+            }
+            _ => None,
+        })
+    };
+    let frames = picture.marks.iter().filter_map(|mark| match mark.shape {
+        Shape::Rect { x, y, width, height, pen: Pen::Frame } => {
+            Some((x..x + width, y..y + height, text_at((x + 16, y + 28))?))
+        }
+        _ => None,
+    });
+    let frames: Vec<_> = frames.collect();
+    let mut all = BTreeMap::new();
+    for mark in &picture.marks {
+        if let Some(element) = &mark.element
+            && let Shape::Rect { x, y, .. } | Shape::Line { from: (x, y), pen: Pen::Bar, .. } =
+                &mark.shape
+        {
+            let around =
+                frames.iter().filter(|(wide, high, _)| wide.contains(x) && high.contains(y));
+            all.insert(element.id.as_str(), around.map(|(.., heading)| *heading).collect());
+        }
+    }
+    all
+}
+
+/// Why a page, read alone, does not say in which frames its symbols are; `all` are the headings around each symbol.
+fn unheaded(page: &Picture, all: &BTreeMap<&str, BTreeSet<&str>>) -> Option<String> {
+    let is_apart = |one: &(i64, i64, i64, i64), other: &(i64, i64, i64, i64)| {
+        one.2 <= other.0 || other.2 <= one.0 || one.3 <= other.1 || other.3 <= one.1
+    };
+    let texts = page.marks.iter().filter_map(|mark| match &mark.shape {
+        Shape::Text { x, y, text, width, font } => {
+            Some((text.as_str(), *font, (*x, y - font.size(), x + width, y + 3)))
+        }
+        _ => None,
+    });
+    let texts: Vec<_> = texts.collect();
+    let links = page.marks.iter().filter_map(|mark| match mark.shape {
+        Shape::Line { from, to, pen: Pen::Line } => Some((from.0, from.1, to.0 + 1, to.1 + 1)),
+        _ => None,
+    });
+    let links: Vec<_> = links.collect();
+    let here: Vec<_> = texts.iter().filter(|(_, font, _)| *font == Font::Heading).collect();
+    for (text, _, place) in here.iter().filter(|(text, ..)| text.ends_with(CONTINUED)) {
+        let free = links.iter().chain(texts.iter().filter(|it| it.0 != *text).map(|it| &it.2));
+        if let Some(other) = { free }.find(|other| !is_apart(place, other)) {
+            return Some(format!("{text} is not alone: {other:?}"));
+        }
+    }
+    let elements = page.marks.iter().filter_map(|mark| mark.element.as_ref());
+    let needed: BTreeSet<&str> =
+        elements.filter_map(|it| all.get(it.id.as_str())).flatten().copied().collect();
+    { needed.iter() }.find_map(|heading| {
+        let own = |text: &str| text.strip_suffix(CONTINUED).unwrap_or(text) == *heading;
+        let n_here = here.iter().filter(|(text, ..)| own(text)).count();
+        (n_here != 1).then(|| format!("{n_here} headings {heading}"))
+    })
 }
 
 /// Checks that the pages show everything once, and returns the number of cut links.
 fn check(picture: &Picture, pages: &[Page]) -> usize {
     let mut seen = Vec::new();
     let mut references: BTreeMap<(usize, usize), Vec<String>> = BTreeMap::new();
+    let headings = headings(picture);
+    let mut all = texts(picture);
     for (number, page) in (1..).zip(pages) {
         let Page { picture: page, .. } = page;
+        assert_eq!(unheaded(page, &headings), None, "page {number}");
         let ends: BTreeSet<(i64, i64)> = page
             .marks
             .iter()
@@ -59,7 +131,8 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
             match &mark.shape {
                 Shape::Text { x, y, text, width, .. } => {
                     assert!(*x >= 0 && x + width <= page.width && *y <= page.height, "{text}");
-                    match reference(text) {
+                    // A step may have a name like a mark.
+                    match reference(text).filter(|_| !all.contains(text)) {
                         Some((step, other)) => {
                             let all = references.entry((number, other)).or_default();
                             all.push(step.to_owned());
@@ -75,6 +148,7 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
                 _ => {}
             }
         }
+        seen.retain(|text| !text.ends_with(CONTINUED));
         seen.retain(|text| {
             !["chart", "line", "source", "0123456789abcdef", "page"].contains(&text.as_str())
         });
@@ -83,7 +157,6 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
         seen.retain(|text| *text != own);
     }
     seen.sort();
-    let mut all = texts(picture);
     all.retain(|text| !["chart", "line", "source", "page"].contains(&text.as_str()));
     assert_eq!(seen, all);
     for ((from, to), mut steps) in references.clone() {
@@ -91,6 +164,8 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
         steps.sort();
         others.sort();
         assert_eq!(steps, others, "pages {from} and {to}");
+        steps.dedup();
+        assert_eq!(steps.len(), others.len(), "the same mark twice on page {from}: {others:?}");
     }
     references.values().map(Vec::len).sum()
 }
@@ -160,6 +235,39 @@ fn wide_charts_are_cut_between_branches() {
     }
     assert!(wide.len() > 3, "{} pages", wide.len());
     assert!(wide.iter().chain(&frame).all(|page| page.percent >= 85));
+}
+
+/// A page that is read alone says in which charts and expansions its symbols are; a heading that is missing or wrong is noticed.
+#[test]
+fn pages_repeat_the_headings_of_frames() {
+    let (mut n_continued, mut n_pages, mut n_empty) = (0, 0, 0);
+    for number in 0..rounds(40, 400) {
+        // Charts with hierarchy, every second one with links that fit no structure.
+        let picture = drawn(&parsed(&random_chart(number * 3 + 2)));
+        let pages = pages(&picture, Paper::A4, &title());
+        check(&picture, &pages);
+        n_pages += pages.len();
+        let headings = headings(&picture);
+        for page in &pages {
+            let has = |is_it: &dyn Fn(&Mark) -> bool| page.picture.marks.iter().any(is_it);
+            let is_legend = |mark: &Mark| matches!(&mark.shape, Shape::Text { text, .. } if text == "not IEC 60848:");
+            n_empty += usize::from(!has(&|mark| mark.element.is_some()) && !has(&is_legend));
+            for at in 0..page.picture.marks.len() {
+                let mut spoiled = page.picture.clone();
+                if let Shape::Text { text, .. } = &mut spoiled.marks[at].shape
+                    && text.ends_with(CONTINUED)
+                {
+                    n_continued += 1;
+                    text.insert(0, 'q');
+                    assert!(unheaded(&spoiled, &headings).is_some(), "{number}: mark {at}");
+                }
+            }
+        }
+    }
+    println!("{n_continued} headings on {n_pages} pages are continued; {n_empty} have no symbols");
+    // Only the border of a frame that is much wider than the symbols in it.
+    assert!(n_empty * 100 <= n_pages, "{n_empty} of {n_pages} pages have no symbols");
+    assert!(n_continued > 40, "{n_continued}");
 }
 
 /// The objects of a PDF file by their number, after a check of its table of offsets.

@@ -54,6 +54,8 @@ pub(crate) fn random_chart(seed: u64) -> String {
 
 /// The declarations and the macro of a chart with everything.
 const MORE: &str = " event E, F
+ output `valve.left`, `first.left`
+ input `door.is.open`
  const LIMIT = 3 s
  extern action go()
  use belt as first(start = a and not b, run -> X) \"an instance\"
@@ -116,6 +118,7 @@ impl Chart {
             2 => format!("Überlauf_{n}"),
             3 => format!("`<b>\u{65e5}\u{672c} & \u{1f680} {n}</b>`"),
             4 => format!("`a.b / page {n}`"),
+            6 => format!("`line.s{n}`"),
             5 => format!("Xs{n}"),
             _ => format!("s{n}"),
         };
@@ -143,7 +146,7 @@ impl Chart {
                 _ => {}
             }
         }
-        let n_forms = if self.is_rich { 20 } else { 9 };
+        let n_forms = if self.is_rich { 23 } else { 9 };
         let mut body = String::new();
         for _ in 0..self.below(4) {
             let item = match self.below(n_forms) {
@@ -165,6 +168,9 @@ impl Chart {
                 16 => "Y if 3 s/a/2 s",
                 17 => "task `the work` cost 80 { n := 2; n := n + 1 }",
                 18 => "budget 200",
+                20 => "`valve.left`",
+                21 => "`first.left` if `door.is.open`",
+                22 => "exit { `valve.left` := not `first.left` }",
                 19 => "code c \"if (x < 3 && y) PORTB |= 1;\"",
                 _ => "Z",
             };

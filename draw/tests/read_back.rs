@@ -154,9 +154,10 @@ fn understood(
                     let qualifier = &action.qualifier;
                     !action.when.is_empty() || qualifier == "on" || qualifier.starts_with("task ")
                 });
-            if is_list {
-                action.text = vocabulary.list(&action.text)?;
-            }
+            action.text = match is_list {
+                true => vocabulary.list(&action.text)?,
+                false => vocabulary.quoted(&action.text),
+            };
         }
     }
     Ok(region)

@@ -452,17 +452,11 @@ fn areas(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Area>, String> {
             .enumerate()
             .any(|(it, other)| it != index && encloses(rect, other))
             || drawing.circles.iter().any(|it| is_inside((it.0, it.1)));
-        let mut lines: Vec<i64> = drawing
-            .details
-            .iter()
-            .filter(|it| {
-                it.y1 == it.y2
-                    && it.x1 == rect.x
-                    && it.x2 == rect.x + rect.w
-                    && is_inside((it.x1, it.y1))
-            })
-            .map(|it| it.y1)
-            .collect();
+        let edge = header_edge(drawing, rect);
+        let across = drawing.details.iter().filter(|it| {
+            it.y1 == it.y2 && it.x1 == rect.x && it.x2 == edge && is_inside((it.x1, it.y1))
+        });
+        let mut lines: Vec<i64> = across.map(|it| it.y1).collect();
         lines.sort_unstable();
         let end = rect.y + rect.h;
         let first = lines.first().copied().unwrap_or(end);
@@ -510,6 +504,13 @@ fn areas(drawing: &Drawing, used: &mut [bool]) -> Result<Vec<Area>, String> {
         areas.push(area);
     }
     Ok(areas)
+}
+
+/// The right side of the part of a box with its name: that of the box, or the line that makes it a tab.
+fn header_edge(drawing: &Drawing, rect: &Rect) -> i64 {
+    let is_edge =
+        |it: &&Line| it.x1 == it.x2 && it.y1 == rect.y && rect.x < it.x1 && it.x1 < rect.x + rect.w;
+    drawing.details.iter().find(is_edge).map_or(rect.x + rect.w, |it| it.x1)
 }
 
 /// Adds the regions of boxes with dashed lines, and puts the boxes inside of them.
@@ -953,6 +954,24 @@ fn flaws(svg: &str) -> Option<String> {
         };
         if let Some((_, rect)) = rects.iter().enumerate().find(is_through) {
             return Some(format!("{one:?} through {rect:?}"));
+        }
+    }
+    // Names and activities of states that contain others are above the last line across them.
+    for rect in &drawing.boxes {
+        let edge = header_edge(&drawing, rect);
+        let across = drawing.details.iter().filter(|it| {
+            it.y1 == it.y2 && (it.x1, it.x2) == (rect.x, edge) && within(rect, (it.x1, it.y1))
+        });
+        let bottom = across.map(|it| it.y1).max().unwrap_or(rect.y);
+        let name = (rect.x + 1, rect.y + 1, edge - 1, bottom - 1);
+        let is_through = |it: &&Line| {
+            it.x1 < name.2
+                && name.0 < it.x2.max(it.x1 + 1)
+                && it.y1 < name.3
+                && name.1 < it.y2.max(it.y1 + 1)
+        };
+        if let Some(line) = links.iter().find(is_through) {
+            return Some(format!("{line:?} through the name of {rect:?}"));
         }
     }
     let texts: Vec<Rect> = (drawing.texts.iter())
