@@ -50,9 +50,9 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
     ("code lines of c and backend-c", 29_420),
-    ("code lines of ir", 21_090),
-    ("code lines of driver", 14_070),
-    ("code lines of all crates", 190_610),
+    ("code lines of ir", 21_100),
+    ("code lines of driver", 14_120),
+    ("code lines of all crates", 191_520),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),
