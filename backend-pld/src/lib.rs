@@ -44,7 +44,7 @@ mod tests;
 mod write;
 
 use equations::Equations;
-pub use fit::{MovedBecause, MovedPin, Refusal};
+pub use fit::{MovedBecause, MovedPin, RELIES, Refusal};
 use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::Logic;
 use grafsynth_ir::span::{FileId, Span};

@@ -4,7 +4,7 @@ use crate::built::BuildOptions;
 use crate::circuit::emit_options;
 use crate::stem::FileStem;
 use grafsynth_backend_pld::device::Device;
-use grafsynth_backend_pld::{Dialect, EmitOptions};
+use grafsynth_backend_pld::{Dialect, EmitOptions, RELIES};
 use grafsynth_ir::Valid;
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::logic::Logic;
@@ -60,12 +60,18 @@ impl BuildContext<'_> {
 
     /// The options for the back end.
     pub(crate) fn emit_options(&self) -> EmitOptions {
-        EmitOptions {
-            dont_cares: self.options.dont_cares && self.medium.dialect().is_flat(),
+        let dont_cares = self.options.dont_cares && self.medium.dialect().is_flat();
+        let mut options = EmitOptions {
+            dont_cares,
             keep: self.options.keep_pins.clone(),
             reset_wire: self.options.reset_wire.clone(),
             ..emit_options(self.net, self.options.device.as_deref(), None)
+        };
+        // With a reset, the assumptions are among the don't-cares of single functions, which do not say where they come from.
+        if options.reset_wire.is_some() && dont_cares && !self.logic.never.is_empty() {
+            options.notes.push(RELIES.to_owned());
         }
+        options
     }
 
     /// The device; `None` if its name is unknown.

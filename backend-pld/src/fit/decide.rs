@@ -437,6 +437,9 @@ fn functions<'a>(
     functions
 }
 
+/// The line of a text whose equations use the assumptions of the chart as don't-cares.
+pub const RELIES: &str = "the equations rely on the assumptions of the chart about its inputs";
+
 fn wakes_high(device: &Device, output: &PinOutput) -> Diagnostic {
     let message = format!(
         "output `{}` must be 0 after power-up, but every registered pin of a {} is then high, whatever its polarity",
@@ -497,7 +500,7 @@ fn head(
     }
     head.extend(busy_note(logic));
     if options.dont_cares && !logic.never.is_empty() {
-        head.push("the equations rely on the assumptions of the chart about its inputs".to_owned());
+        head.push(RELIES.to_owned());
     }
     if dialect == Dialect::Galasm {
         head.push("the pins are numbered left to right, first row then second".to_owned());

@@ -26,6 +26,7 @@ mod place;
 mod share;
 
 pub(crate) use count::lacks;
+pub use decide::RELIES;
 pub use need::{MovedBecause, MovedPin, Refusal};
 
 #[cfg(test)]
