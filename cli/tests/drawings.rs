@@ -49,6 +49,30 @@ fn the_gallery_shows_overlays() {
     }
 }
 
+/// `scripts/gallery` writes these tables and drawings.
+#[test]
+fn the_wirings_of_the_examples_are_those_of_their_splits() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    for (example, name) in [
+        ("truck", "loader"),
+        ("hopper", "hopper"),
+        ("launcher", "launcher"),
+        ("line", "line"),
+        ("station", "station"),
+    ] {
+        let path = format!("{{examples}}/split-{example}/{name}");
+        done(folder, &format!("split {path}.graf --with {path}.split -o ."));
+        for end in ["md", "svg"] {
+            let name = format!("{name}_wiring.{end}");
+            let made = fs::read_to_string(folder.join(&name)).expect("it is written");
+            let kept = format!("{}/../examples/split-{example}/{name}", env!("CARGO_MANIFEST_DIR"));
+            let kept = fs::read_to_string(kept).unwrap_or_default();
+            assert!(kept == made, "{name} is not that of the split: run scripts/gallery");
+        }
+    }
+}
+
 #[test]
 fn pages_have_numbered_names_or_are_one_pdf_file() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -36,6 +36,11 @@ impl Prng {
 pub(crate) fn random_problem(prng: &mut Prng) -> Problem {
     let parts = 2 + prng.below(2);
     let nodes = 1 + prng.below(if parts == 2 { 10 } else { 7 });
+    problem_of(prng, parts, nodes)
+}
+
+/// A problem with this number of parts and nodes, with all kinds of constraints.
+pub(crate) fn problem_of(prng: &mut Prng, parts: usize, nodes: usize) -> Problem {
     let resources = prng.below(3);
     let mut problem = Problem::default();
     let is_tight = prng.chance(50);
