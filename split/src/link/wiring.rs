@@ -193,6 +193,10 @@ const CPU_LEFT: usize = 20;
 const CPU_RIGHT: usize = 190;
 const CHIP_LEFT: usize = 430;
 const CHIP_RIGHT: usize = 600;
+/// The width of the drawing, if its labels do not need more.
+const LEAST_WIDTH: usize = 780;
+/// The width of a letter, generously.
+const LETTER: usize = 8;
 
 /// The wiring as a drawing: the CPU on the left, the chips on the right, and one horizontal line per pin, so that no lines cross.
 #[must_use]
@@ -234,8 +238,13 @@ pub fn wiring_svg(request: &Request<'_>, link: &Link) -> String {
         (40, y.max(80) - ROW),
         &format!("{} {}", part_name(request, cpu), request.cpu.name),
     );
+    let plant = link.connections.iter().filter(|one| matches!(one.carries, Carries::Plant { .. }));
+    let labels = plant.map(|one| one.name.chars().count() + "→ ".chars().count());
+    let direct = link.direct.iter();
+    let direct = direct.map(|one| one.name.chars().count() + "← : the plant".chars().count());
+    let width = LEAST_WIDTH.max(CHIP_RIGHT + 36 + LETTER * labels.chain(direct).max().unwrap_or(0));
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"780\" height=\"{}\" viewBox=\"0 0 780 {0}\" font-family=\"sans-serif\" font-size=\"12\">\n{STYLE}{body}</svg>\n",
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{}\" viewBox=\"0 0 {width} {0}\" font-family=\"sans-serif\" font-size=\"12\">\n{STYLE}{body}</svg>\n",
         y + 20
     )
 }
