@@ -23,7 +23,7 @@ pub use free::{assumed, too_fast};
 pub use link::{Linked, Round, link, link_on_host, rounded};
 pub use memory::{Compile, Memory, Program, Sizes};
 pub use report::report;
-pub use table::table;
+pub use table::{crowded, table};
 
 use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};

@@ -274,6 +274,60 @@ const STM32F103: Cpu = Cpu {
     source: "memory sizes, frequency, supply: first page of the data sheet; pins: KiCad symbols of the 48-pin STM32F1; 5 V: not verified",
 };
 
+/// `STM32F103RB`. The debugger (PA13 to PA15, PB3, PB4), the start-up mode (PB2), the crystal (PD0, PD1) and the slow oscillator (PC14, PC15) are not listed. PC13,
+/// which drives at most 3 mA and 2 MHz, is last.
+const STM32F103RB: Cpu = Cpu {
+    name: "stm32f103rb",
+    package: "LQFP-64",
+    n_pins: 64,
+    flash: 131_072,
+    pins: &[
+        pin('B', 12, 33),
+        pin('B', 13, 34),
+        pin('B', 14, 35),
+        pin('B', 15, 36),
+        pin('C', 6, 37),
+        pin('C', 7, 38),
+        pin('C', 8, 39),
+        pin('C', 9, 40),
+        pin('A', 8, 41),
+        pin('C', 10, 51),
+        pin('C', 11, 52),
+        pin('C', 12, 53),
+        pin('D', 2, 54),
+        pin('B', 6, 58),
+        pin('B', 7, 59),
+        pin('B', 8, 61),
+        pin('B', 9, 62),
+        pin('B', 10, 29),
+        pin('B', 11, 30),
+        pin('A', 9, 42),
+        pin('A', 10, 43),
+        pin('A', 11, 44),
+        pin('A', 12, 45),
+        low('A', 0, 14),
+        low('A', 1, 15),
+        low('A', 2, 16),
+        low('A', 3, 17),
+        low('A', 4, 20),
+        low('A', 5, 21),
+        low('A', 6, 22),
+        low('A', 7, 23),
+        low('B', 0, 26),
+        low('B', 1, 27),
+        low('B', 5, 57),
+        low('C', 0, 8),
+        low('C', 1, 9),
+        low('C', 2, 10),
+        low('C', 3, 11),
+        low('C', 4, 24),
+        low('C', 5, 25),
+        low('C', 13, 2),
+    ],
+    source: "memory sizes, frequency, supply: first page of the data sheet; pins and 5 V: not verified",
+    ..STM32F103
+};
+
 /// `AT89S52` in the 40-pin DIP. Port 0 has open drains and is not listed; P1.5 to P1.7 belong to the programmer and P3.0 and P3.1 to the serial port, so they are
 /// last. In reset, the microcontroller pulls all pins high with at most 50 microamperes; the resistor must overcome this current.
 const AT89S52: Cpu = Cpu {
@@ -320,7 +374,7 @@ const AT89S52: Cpu = Cpu {
 };
 
 /// The microcontrollers.
-pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, ATTINY2313, STM32F103, AT89S52];
+pub const CPUS: &[Cpu] = &[ATMEGA328P, ATTINY85, ATTINY2313, STM32F103, STM32F103RB, AT89S52];
 
 /// A PC for tests; its pins are functions that the program provides. It is not in [`CPUS`].
 pub static HOST: Cpu = Cpu {

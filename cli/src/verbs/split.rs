@@ -91,6 +91,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
             return Err(refused(session, &found));
         }
     };
+    found.extend(split::crowded(net, &split, &link));
     let table = arguments.table.then(|| split::table(net, &split, &link, &request));
     let report = match arguments.report {
         None => Vec::new(),

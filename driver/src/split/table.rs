@@ -10,8 +10,9 @@ use crate::built::BuildOptions;
 use grafsynth_backend_c::cost;
 use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
-use grafsynth_ir::diag::Severity;
+use grafsynth_ir::diag::{Diagnostic, Severity};
 use grafsynth_ir::net::{InputId, Net};
+use grafsynth_split::codes;
 use grafsynth_split::cpu::{Cpu, cpu};
 use grafsynth_split::link::Connection;
 use std::collections::BTreeSet;
@@ -69,7 +70,8 @@ pub(super) fn ways(
     request: &Request<'_>,
 ) -> Vec<Way> {
     let options = BuildOptions { prove: false, ..request.options.clone() };
-    let request = Request { options: &options, ..*request };
+    // A chip alone has no CPU that could reset it.
+    let request = Request { options: &options, reset: false, ..*request };
     let mut ways: Vec<Way> = Vec::new();
     let mut tried: BTreeSet<&str> = BTreeSet::new();
     for part in request.parts {
@@ -101,6 +103,20 @@ pub(super) fn cpu_pins(net: &Net, split: &Split, linked: &Linked) -> u64 {
         linked.link.direct.iter().filter(|one| !one.is_emergency).map(|one| one.input).gather();
     let direct: u64 = direct.into_iter().map(|id| bits(net.inputs[id].ty)).sum();
     (input_bits(net) + outputs + link).saturating_sub(direct)
+}
+
+/// A warning if the CPU has too few pins for the inputs and outputs of the plant after those of the link.
+#[must_use]
+pub fn crowded(net: &Net, split: &Split, linked: &Linked) -> Option<Diagnostic> {
+    let (all, usable) = (cpu_pins(net, split, linked), linked.cpu.pins.len() as u64);
+    (all > usable).then(|| {
+        let name = linked.cpu.name;
+        let message = format!(
+            "the link and the plant need {all} pins of the CPU, but `{name}` has only {usable} usable pins"
+        );
+        let help = "connect some inputs or outputs of the plant in another way, for example through a port expander, or choose a CPU with more pins";
+        Diagnostic::warning(codes::PINS, message).at(net.name.span, "this chart").help(help)
+    })
 }
 
 fn dash() -> String {
