@@ -74,11 +74,14 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let is_reset = |id: PinInputId| logic.inputs[id].role == PinRole::Reset;
     let Some(reset) = logic.inputs.ids().find(|&id| is_reset(id)) else { return Ok(logic) };
     let name = &logic.inputs[reset].name;
-    let held = with_reset(&logic, true);
+    let (held, running) = (with_reset(&logic, true), with_reset(&logic, false));
     let is_kept = |next: NodeId, init: bool| held.nodes[next] != Node::Const(init);
     let flops = logic.flops.iter().zip(held.flops.values());
-    // A register that never changes has its initial value from power-up on.
-    let is_fixed = |id: FlopId, next: NodeId| held.nodes[next] == Node::Flop(id);
+    // A register that keeps its value with and without the reset has its initial value from power-up on.
+    let is_fixed = |id: FlopId, next: NodeId| {
+        let without = running.flops[id].next;
+        held.nodes[next] == Node::Flop(id) && running.nodes[without] == Node::Flop(id)
+    };
     let flops =
         flops.filter(|((id, old), new)| is_kept(new.next, old.init) && !is_fixed(*id, new.next));
     let outputs = logic
@@ -95,7 +98,7 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
                 .help("this is a bug in grafsynth: please report it with the chart")
         })
         .collect();
-    if findings.is_empty() { Ok(with_reset(&logic, false)) } else { Err(findings) }
+    if findings.is_empty() { Ok(running) } else { Err(findings) }
 }
 
 /// The circuit with every reset set to a constant.
@@ -143,4 +146,43 @@ fn with_reset(logic: &Logic, value: bool) -> Logic {
         .collect();
     builder.logic.never = logic.never.iter().map(|&node| of(node)).collect();
     builder.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{add, strip};
+    use grafsynth_ir::logic::{Logic, PinRole};
+    use grafsynth_logic::build::Builder;
+
+    /// A register that follows an input, and one that never changes.
+    fn circuit() -> Logic {
+        let mut builder = Builder::default();
+        let a = builder.input_named("a");
+        let (q, _) = builder.flop_named("q", true);
+        let (fixed, value) = builder.flop_named("fixed", true);
+        builder.logic.flops[q].next = a;
+        builder.logic.flops[fixed].next = value;
+        builder.finish()
+    }
+
+    #[test]
+    fn an_added_reset_is_taken_out_again() {
+        let with = add(circuit(), "reset");
+        assert_eq!(with.inputs.values().filter(|it| it.role == PinRole::Reset).count(), 1);
+        let without = strip(with).expect("it resets the register");
+        assert_eq!(without, circuit());
+    }
+
+    /// Its circuit without the reset is the same, so only this check can find it.
+    #[test]
+    fn a_register_that_keeps_its_value_during_the_reset_is_refused() {
+        let mut builder = Builder::resume(add(circuit(), "reset"));
+        let reset = builder.logic.inputs.ids().nth(1).map(|id| builder.input(id));
+        let (q, a) = (builder.logic.flops.ids().next(), builder.logic.inputs.ids().next());
+        let (q, a) = (q.expect("it is there"), builder.input(a.expect("it is there")));
+        let kept = builder.flop(q);
+        builder.logic.flops[q].next = builder.mux(reset.expect("it was added"), kept, a);
+        let found = strip(builder.finish()).expect_err("the reset does nothing");
+        assert!(found.len() == 1 && found[0].message.contains("`q`"), "{found:?}");
+    }
 }

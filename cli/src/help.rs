@@ -13,7 +13,7 @@ pub(crate) fn command() -> clap::Command {
     let line = format!("Common options: {}; see `grafsynth --help`.", names.join(", "));
     let command = command
         .mut_subcommand("compare", |verb| verb.mut_arg("files", |files| files.help(COMPARED)))
-        .mut_subcommand("split", |verb| verb.mut_arg("file", |file| file.help(SPLIT)))
+        .mut_subcommand("split", |verb| verb.mut_arg("file", |file| file.help(RUN)))
         .mut_subcommand("draw", |verb| verb.mut_arg("file", |file| file.help(DRAWN)))
         .mut_subcommand("page", |verb| verb.mut_arg("file", |file| file.help(RUN)));
     command.mut_subcommands(|verb| {
@@ -31,14 +31,11 @@ const COMPARED: &str = "Charts (.graf .rules .scxml .st .xml .c .kiss2 .net) or 
                         each design on several engines. Several files: compare the first with each of the others, in the columns that both have. Two folders: compare the \
                         charts with the same name. A chart and the C that `build` emitted from it (STEM.c): prove that the C is still equal to the chart after an edit. `--board` and `--assert` apply to the first design, the other input options to all";
 
-/// The help for the file of `split`.
-const SPLIT: &str = "A chart (.graf .rules .st .xml .c .kiss2 .net) that is not a statechart; `-` is standard input";
-
 /// The help for the file of `draw`.
 const DRAWN: &str =
     "A chart or statechart (.graf .rules .scxml .st .xml .c); `-` is standard input";
 
-/// The help for the file of `page`.
+/// The help for the file of `page` and `split`.
 const RUN: &str = "A chart (.graf .rules .scxml .st .xml .c .kiss2 .net); `-` is standard input";
 
 /// The examples at the end of a verb's help, by verb.
