@@ -42,14 +42,13 @@ use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::partition::Place;
 use grafsynth_split::partition::Unplaced;
 use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
-use grafsynth_split::{Groups, PartSpec, Partition, together};
+use grafsynth_split::{Groups, PartSpec, Partition, together, unused_name};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
 use grafsynth_verify::{
     Apart, Joined, Open, OpenReason, Race, RoundFacts, Settled, joined, settles,
 };
 use search::Fitted;
-use std::collections::BTreeSet;
 
 /// The device of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -320,7 +319,7 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
                 options.busy = pipeline::BusyMode::Never;
             }
             if request.running == Running::Lockstep && request.reset {
-                options.reset_wire = Some(reset_name(net));
+                options.reset_wire = Some(unused_name(net, "reset"));
             }
             // The link needs the pins, which the data of the report contain.
             options.report = true;
@@ -338,20 +337,6 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
     let facts = pipeline::facts(net, &options.limits);
     let built = pipeline::build(net, &facts, &[target], &options);
     BuiltPart { facts, options, built }
-}
-
-/// A name for the wire with which the CPU resets a chip, other than the names in its net.
-fn reset_name(net: &Net) -> String {
-    let inputs = net.inputs.values().map(|it| &it.name.text);
-    let outputs = net.outputs.values().map(|it| &it.name.text);
-    let steps = net.steps.values().map(|it| &it.name.text);
-    let vars = net.vars.values().map(|it| &it.name.text);
-    let used: BTreeSet<&String> = inputs.chain(outputs).chain(steps).chain(vars).collect();
-    let mut name = "reset".to_owned();
-    while used.contains(&name) {
-        name.push('_');
-    }
-    name
 }
 
 /// The findings when there is no partition.

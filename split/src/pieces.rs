@@ -46,6 +46,12 @@ pub(crate) fn unused(mut name: String, used: &mut BTreeSet<String>) -> String {
     name
 }
 
+/// The name, made different from those of a net with which it would be confused.
+#[must_use]
+pub fn unused_name(net: &Net, name: &str) -> String {
+    unused(name.to_owned(), &mut used_names(net))
+}
+
 /// Numbers ids from 0 in their order.
 pub(crate) fn numbered<T>(ids: impl IntoIterator<Item = Id<T>>) -> Ids<T> {
     ids.into_iter().enumerate().map(|(at, id)| (id, Id::from_index(at))).gather()

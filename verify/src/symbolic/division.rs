@@ -580,7 +580,7 @@ fn seen(
     Ok(given)
 }
 
-/// True for a relative age that the net does not store, and for that of a step that stands for the rest of a component.
+/// True for a relative age that the net does not store. Nor does it store the age of a step that stands for the rest of a component.
 fn is_free(part: &PartNet, whole: &Shape, origin: Origin) -> bool {
     let Origin::Older(a, b) = origin else { return false };
     match (part.steps[a].step(), part.steps[b].step()) {
