@@ -53,6 +53,8 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     let has = |carries: Carries| link.connections.iter().any(|one| one.carries == carries);
     if has(Carries::Reset) {
         text += "The initialisation of the link resets the chips, so the CPU alone can be reset at any time.\n";
+    } else if request.net.settings.policy.is_statechart() {
+        text += "The chips store nothing, so the CPU alone can be reset at any time.\n";
     } else if has(Carries::Clock) {
         text += "The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n";
     }
