@@ -36,7 +36,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, PlacedItem};
 use grafsynth_ir::{Diagnostic, Span, Valid, counted};
 use grafsynth_sim::measures_time;
-use grafsynth_split::codes::APART;
+use grafsynth_split::codes::{APART, PINS};
 pub use grafsynth_split::cpu::{CPUS, Cpu};
 use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::partition::Place;
@@ -276,20 +276,28 @@ fn misfit(part: &BuiltPart) -> Option<&str> {
     part.built.chips.first()?.misfit.as_deref()
 }
 
-fn spec(part: &RequestedPart) -> PartSpec {
-    let name = part.name.clone();
+fn spec(part: &RequestedPart, has_reset: bool) -> PartSpec {
+    let all = PartSpec {
+        name: part.name.clone(),
+        is_chip: false,
+        cells: None,
+        pins: None,
+        has_plant: true,
+        has_reset,
+        memory: [None; 2],
+    };
     match part.device {
-        PartDevice::Cpu(_) => {
-            PartSpec { name, is_chip: false, cells: None, pins: None, memory: [None; 2] }
+        PartDevice::Cpu(name) => {
+            let cpu = CPUS.iter().find(|cpu| cpu.name == name);
+            PartSpec { pins: cpu.map(|cpu| cpu.pins.len() as u64), ..all }
         }
         PartDevice::Chip(device) => {
             let pins = device.inputs.len() + device.macrocells.len();
             PartSpec {
-                name,
                 is_chip: true,
                 cells: Some(device.n_cells() as u64),
                 pins: device.blocks.is_none().then_some(pins as u64),
-                memory: [None; 2],
+                ..all
             }
         }
     }
@@ -390,8 +398,15 @@ fn unplaced(
                     counted(excluded, "partition", "partitions")
                 );
             }
-            let found = Diagnostic::error(codes::NO_PARTITION, message)
-                .help("use larger devices, place fewer objects on the one that is too small, or add a part");
+            let is_pins = lacks_pins_of_cpu(request, conflict);
+            let code = if is_pins { PINS } else { codes::NO_PARTITION };
+            let reset = if is_pins && request.running == Running::Lockstep && request.reset {
+                ", or save the wire that resets the chips (`--no-reset`)"
+            } else {
+                ""
+            };
+            let help = "use larger devices, place fewer objects on the one that is too small, or add a part";
+            let found = Diagnostic::error(code, message).help(format!("{help}{reset}"));
             let placed = conflict.fights.iter().filter_map(|fight| match fight.constraint {
                 Constraint::Allowed { node } => place_of(groups, request, node),
                 _ => None,
@@ -409,6 +424,12 @@ fn unplaced(
     vec![one]
 }
 
+/// Whether the pins of the CPU are among the constraints that contradict each other.
+fn lacks_pins_of_cpu(request: &Request<'_>, conflict: &Conflict) -> bool {
+    let cpu = request.parts.len().saturating_sub(1);
+    conflict.fights.iter().any(|fight| fight.constraint == Constraint::Pins { part: cpu })
+}
+
 /// Adds the location of a place, if it is in the chart.
 fn written_at(found: Diagnostic, span: Span) -> Diagnostic {
     if span == Span::default() { found } else { found.at(span, "placed here") }
@@ -421,7 +442,7 @@ fn place_of<'r>(groups: &Groups, request: &Request<'r>, group: usize) -> Option<
 
 /// What the device of a part has of a resource.
 fn room(request: &Request<'_>, part: usize, constraint: Constraint) -> Option<u64> {
-    let spec = request.parts.get(part).map(spec)?;
+    let spec = spec(request.parts.get(part)?, request.reset);
     match constraint {
         Constraint::Capacity { resource: 0, .. } => spec.cells,
         Constraint::Pins { .. } => spec.pins,

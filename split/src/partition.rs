@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grafsynth_ir::Span;
 use grafsynth_ir::arena::IdMap;
-use grafsynth_ir::division::{Owners, PartIndex, Running, Signal};
+use grafsynth_ir::division::{Owners, PartIndex, Running, Signal, rounds_of};
 use grafsynth_ir::expr::Type;
 use grafsynth_ir::net::{
     Driver, Expr, InputId, InputKind, Leaf, Net, StepId, StmtKind, Transition, TransitionId,
@@ -20,7 +20,7 @@ use grafsynth_ir::walk::{expressions, statements};
 
 use crate::direct::candidates;
 use crate::solve::{
-    self, Alternative, Choice, Conflict, Evaluation, Forbidden, InputGroup, Limits, Node, Outcome,
+    self, Alternative, Choice, Conflict, Evaluation, Forbidden, Limits, Node, Outcome, Presence,
     Problem, ProblemError, Wire,
 };
 use crate::together::{Groups, Item};
@@ -34,8 +34,13 @@ pub struct PartSpec {
     pub is_chip: bool,
     /// The macrocells of a chip.
     pub cells: Option<u64>,
-    /// The pins of inputs and macrocells, without clock, supply and programming pins; `None` for a CPU, and if macrocells need no pin.
+    /// The pins of a chip for inputs and macrocells, without clock, supply and programming pins; `None` if macrocells need no pin. The usable pins of a CPU; `None` is
+    /// unlimited.
     pub pins: Option<u64>,
+    /// Whether the inputs and outputs of the plant count among the pins of a CPU. Else they reach it in another way.
+    pub has_plant: bool,
+    /// Whether a CPU has a wire that resets the chips, in lockstep.
+    pub has_reset: bool,
     /// The bytes of flash and of RAM of a CPU, as [`memory`] estimates them for groups; `None` is unlimited.
     pub memory: [Option<u64>; 2],
 }
@@ -196,11 +201,10 @@ pub fn problem(
         }
     }
     let readers = readers_of_inputs(net, groups);
-    let mut inputs = pins(net, groups, &readers, count);
-    let shared = match objective {
-        Objective::Pins => cpu_pins(net, groups.running, &readers, parts, &mut inputs),
-        Objective::Cycles | Objective::Cells => BTreeMap::new(),
-    };
+    let mut pins = Pins { net, groups, parts, presences: Vec::new() };
+    pins.add_chips(&readers, count);
+    let always = pins.add_cpu(&readers, objective, count);
+    let constant = if objective == Objective::Pins { always } else { 0 };
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
         let cells = match count {
             Count::Estimate => cells(net, items),
@@ -212,14 +216,11 @@ pub fn problem(
             if elsewhere || spec.is_chip && groups.cpu_only.contains_key(&at) {
                 return None;
             }
-            let outputs = output_bits(net, items);
             let cost = match objective {
-                Objective::Pins => {
-                    shared.get(&at).unwrap_or(&0) + if spec.is_chip { 0 } else { outputs }
-                }
+                Objective::Pins if at == 0 => constant,
                 Objective::Cycles if !spec.is_chip => cycles,
                 Objective::Cells if spec.is_chip => cells,
-                Objective::Cycles | Objective::Cells => 0,
+                Objective::Cycles | Objective::Cells | Objective::Pins => 0,
             };
             let uses = match (spec.is_chip, count) {
                 (true, _) => vec![cells.unsigned_abs(), 0, 0],
@@ -233,13 +234,14 @@ pub fn problem(
     });
     let capacity = |spec: &PartSpec| {
         let [flash, ram] = spec.memory;
-        solve::Part { capacities: vec![spec.cells, flash, ram], pins: spec.pins }
+        let always = if spec.is_chip || !spec.has_plant { 0 } else { always };
+        solve::Part { capacities: vec![spec.cells, flash, ram], pins: spec.pins, always }
     };
     Ok(Problem {
         parts: parts.iter().map(capacity).collect(),
         nodes: nodes.collect(),
         wires: wires(net, groups, objective, count),
-        inputs,
+        presences: pins.presences,
         together: Vec::new(),
         forbidden: excluded.to_vec(),
     })
@@ -385,89 +387,139 @@ fn readers_of_inputs(net: &Net, groups: &Groups) -> BTreeMap<InputId, Vec<usize>
     readers
 }
 
-/// Adds what inputs cost in pins of the CPU. Returns what a group costs on every part in addition.
-///
-/// An input that may be wired to chips alone costs a pin if a group on the CPU reads it, and another one if groups on chips read it too: 2 for a reader on the CPU, 1 for
-/// one on a chip, and −1 in any case. The inputs of one assumption count as one, because they are wired in the same way. Every other input costs a pin in any case, and
-/// another one if a group on a chip reads it. If the parts run on their own, an input costs a pin if a group on the CPU reads it.
-fn cpu_pins(
-    net: &Net,
-    running: Running,
-    readers: &BTreeMap<InputId, Vec<usize>>,
-    parts: &[PartSpec],
-    inputs: &mut Vec<InputGroup>,
-) -> BTreeMap<usize, i64> {
-    let candidates = candidates(net);
-    let (chips, cpus): (Vec<PartIndex>, Vec<PartIndex>) =
-        (0..parts.len()).partition(|part| parts[*part].is_chip);
-    let mut shared: BTreeMap<usize, i64> = BTreeMap::new();
-    for (input, own) in readers {
-        let bits = net.inputs[*input].ty.bits();
-        let mut costs = |readers: &Vec<usize>, on: &Vec<PartIndex>, cost: u32| {
-            let (readers, on, cost) = (readers.clone(), on.clone(), u64::from(cost));
-            inputs.push(InputGroup { readers, pins: 0, cost, on });
-        };
-        let constant = match candidates.get(input) {
-            _ if running == Running::Free => {
-                costs(own, &cpus, bits);
-                0
-            }
-            Some(class) => {
-                let all = class.iter().filter_map(|one| readers.get(one)).flatten().copied();
-                let all: Vec<usize> = all.gather::<BTreeSet<usize>>().into_iter().collect();
-                costs(&all, &cpus, 2 * bits);
-                costs(&all, &chips, bits);
-                -i64::from(bits)
-            }
-            None => {
-                costs(own, &chips, bits);
-                i64::from(bits)
-            }
-        };
-        if let Some(first) = own.first() {
-            *shared.entry(*first).or_default() += constant;
-        }
-    }
-    shared
+/// What needs pins, while it is collected.
+struct Pins<'a> {
+    net: &'a Net,
+    groups: &'a Groups,
+    parts: &'a [PartSpec],
+    presences: Vec<Presence>,
 }
 
-/// The pins for inputs and macrocells: one for each input bit on each part that reads it, and one for each macrocell, which nothing else can use.
-fn pins(
-    net: &Net,
-    groups: &Groups,
-    readers: &BTreeMap<InputId, Vec<usize>>,
-    count: Count,
-) -> Vec<InputGroup> {
-    let is_free = groups.running == Running::Free;
-    let mut pins = Vec::new();
-    for (input, readers) in readers {
-        // Two flip-flops synchronise an input of a chip that runs on its own; their pins carry nothing else.
-        let synchronisers = if is_free && count == Count::Estimate { 2 } else { 0 };
-        let bits = u64::from(net.inputs[*input].ty.bits()) * (1 + synchronisers);
-        pins.push(InputGroup { pins: bits, ..InputGroup::of(readers.clone()) });
+impl Pins<'_> {
+    /// The parts that are chips, or those that are not.
+    fn those(&self, is_chip: bool) -> Vec<PartIndex> {
+        (0..self.parts.len()).filter(|part| self.parts[*part].is_chip == is_chip).collect()
     }
-    if count == Count::Least {
+
+    /// Pins that each chip with one of these groups needs.
+    fn on_chips(&mut self, groups: &[usize], pins: u64) {
+        let of = |chip| Presence::pins(groups.to_vec(), chip, pins);
+        self.presences.extend(self.those(true).into_iter().map(of));
+    }
+
+    /// The pins of the chips for inputs and macrocells: one for each input bit on each chip that reads it, and one for each macrocell, which nothing else can use.
+    fn add_chips(&mut self, readers: &BTreeMap<InputId, Vec<usize>>, count: Count) {
+        let (net, groups) = (self.net, self.groups);
+        let is_free = groups.running == Running::Free;
+        for (input, readers) in readers {
+            // Two flip-flops synchronise an input of a chip that runs on its own; their pins carry nothing else.
+            let synchronisers = if is_free && count == Count::Estimate { 2 } else { 0 };
+            self.on_chips(readers, input_bits(net, *input) * (1 + synchronisers));
+        }
+        if count == Count::Least {
+            for (group, items) in groups.groups.iter().enumerate() {
+                self.on_chips(&[group], output_bits(net, items).unsigned_abs());
+            }
+            return;
+        }
+        // A step needs a macrocell on each part that has it or a copy of it. A state of a statechart has no copy, only a wire.
+        let has_copies = !net.settings.policy.is_statechart();
+        let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
         for (group, items) in groups.groups.iter().enumerate() {
-            let outputs = usize::try_from(output_bits(net, items)).unwrap_or(0);
-            pins.extend(std::iter::repeat_n(InputGroup::of(vec![group]), outputs));
+            let all = Reads::of(net, items);
+            let own =
+                |step: &&StepId| !is_free || groups.of.get(&Item::Step(**step)) == Some(&group);
+            for step in all.steps.iter().filter(|_| has_copies).filter(own) {
+                present.entry(*step).or_default().push(group);
+            }
+            let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count() as u64;
+            self.on_chips(&[group], cells(net, items).unsigned_abs().saturating_sub(steps));
         }
-        return pins;
+        present.into_values().for_each(|groups| self.on_chips(&groups, 1));
     }
-    // A step needs a macrocell on each part that has it or a copy of it. A state of a statechart has no copy, only a wire.
-    let has_copies = !net.settings.policy.is_statechart();
-    let mut present: BTreeMap<StepId, Vec<usize>> = BTreeMap::new();
-    for (group, items) in groups.groups.iter().enumerate() {
-        let all = Reads::of(net, items);
-        let own = |step: &&StepId| !is_free || groups.of.get(&Item::Step(**step)) == Some(&group);
-        for step in all.steps.iter().filter(|_| has_copies).filter(own) {
-            present.entry(*step).or_default().push(group);
+
+    /// The pins of the CPU, without those of wires, each with its cost if that is the objective. Returns how many pins more it has in every placement; negative if
+    /// groups count some twice.
+    ///
+    /// An input that may be wired to chips alone needs a pin if a group on the CPU reads it, and another one if groups on chips read it too: 2 for a reader on the CPU, 1
+    /// for one on a chip, and −1 in any case. The inputs of one assumption count as one, because they are wired in the same way. Every other input needs a pin in any
+    /// case, and another one if a group on a chip reads it. If the parts run on their own, an input needs a pin if a group on the CPU reads it.
+    fn add_cpu(
+        &mut self,
+        readers: &BTreeMap<InputId, Vec<usize>>,
+        objective: Objective,
+        count: Count,
+    ) -> i64 {
+        let (net, groups) = (self.net, self.groups);
+        let (chips, cpus) = (self.those(true), self.those(false));
+        let Some(&cpu) = cpus.first() else { return 0 };
+        let is_free = groups.running == Running::Free;
+        let has_plant = self.parts[cpu].has_plant;
+        let is_goal = objective == Objective::Pins;
+        let presence = |nodes: &[usize], on: &[PartIndex], all: u64, link: u64| {
+            let (nodes, on) = (nodes.to_vec(), on.to_vec());
+            // If the plant is not counted, only the link is.
+            let pins = if has_plant { all } else { link };
+            Presence { nodes, on, cost: if is_goal { all } else { 0 }, pins, at: cpu }
+        };
+        let candidates = candidates(net);
+        let mut always = 0;
+        for (input, declared) in net.inputs.iter().filter(|(_, it)| it.kind.is_handed()) {
+            let bits = u64::from(declared.ty.bits());
+            let own = readers.get(&input).map_or(&[][..], Vec::as_slice);
+            match candidates.get(&input) {
+                _ if is_free => self.presences.push(presence(own, &cpus, bits, 0)),
+                Some(class) => {
+                    let all = class.iter().filter_map(|one| readers.get(one)).flatten().copied();
+                    let all: Vec<usize> = all.gather::<BTreeSet<usize>>().into_iter().collect();
+                    self.presences.push(presence(&all, &cpus, 2 * bits, 0));
+                    self.presences.push(presence(&all, &chips, bits, 0));
+                    always -= i64::from(declared.ty.bits());
+                }
+                None => {
+                    self.presences.push(presence(own, &chips, bits, bits));
+                    always += i64::from(declared.ty.bits());
+                }
+            }
         }
-        let steps = items.iter().filter(|item| matches!(item, Item::Step(_))).count();
-        let others = usize::try_from(cells(net, items)).unwrap_or(0).saturating_sub(steps);
-        pins.extend(std::iter::repeat_n(InputGroup::of(vec![group]), others));
+        for (group, items) in groups.groups.iter().enumerate() {
+            let outputs = output_bits(net, items).unsigned_abs();
+            self.presences.push(presence(&[group], &cpus, outputs, 0));
+        }
+        if !is_free {
+            self.add_link(cpu, &chips, count);
+        }
+        always
     }
-    pins.extend(present.into_values().map(InputGroup::of));
-    pins
+
+    /// The pins of the CPU for the signals that every link in lockstep has.
+    fn add_link(&mut self, cpu: PartIndex, chips: &[PartIndex], count: Count) {
+        let (net, groups) = (self.net, self.groups);
+        let all = || groups.groups.iter().enumerate();
+        let with = |is_it: &dyn Fn(&Item) -> bool| -> Vec<usize> {
+            all().filter(|(_, items)| items.iter().any(is_it)).map(|(group, _)| group).collect()
+        };
+        if rounds_of(net).is_some() {
+            // Each chip tells the CPU whether it moves.
+            let moving = with(&|item| matches!(item, Item::Transition(_)));
+            let tells =
+                |chip: &PartIndex| Presence { at: cpu, ..Presence::pins(moving.clone(), *chip, 1) };
+            self.presences.extend(chips.iter().map(tells));
+        }
+        if count == Count::Least || net.settings.policy.is_statechart() {
+            return;
+        }
+        let stored = with(&|item| matches!(item, Item::Step(_) | Item::Var(_) | Item::Action(_)));
+        let timed = with(&|item| timer_bits(net, item) > 0);
+        let clocks = 1 + u64::from(self.parts[cpu].has_reset);
+        for (nodes, pins) in [(stored, clocks), (timed, 1)] {
+            self.presences.push(Presence { nodes, on: chips.to_vec(), cost: 0, pins, at: cpu });
+        }
+    }
+}
+
+fn input_bits(net: &Net, input: InputId) -> u64 {
+    u64::from(net.inputs[input].ty.bits())
 }
 
 /// The bits of the outputs of a group.
@@ -507,14 +559,16 @@ fn cells(net: &Net, items: &[Item]) -> i64 {
         },
         Item::Transition(_) | Item::Event(_) => 0,
     };
-    let timers = |item: &Item| -> i64 {
-        let compared = exprs(net, *item).into_iter().flat_map(|expr| expr.compared());
-        let caps = compared.filter(|(leaf, _)| leaf.is_time()).map(|(_, constant)| constant);
-        caps.max().map_or(0, |cap| {
-            i64::from(Type::Int { lo: 0, hi: cap.saturating_add(1).max(1) }.bits())
-        })
-    };
-    items.iter().map(|item| one(item).saturating_add(timers(item))).sum::<i64>().min(1 << 20)
+    let all = items.iter().map(|item| one(item).saturating_add(timer_bits(net, item)));
+    all.sum::<i64>().min(1 << 20)
+}
+
+/// The bits of the longest time that an object compares; 0 if it compares none.
+fn timer_bits(net: &Net, item: &Item) -> i64 {
+    let compared = exprs(net, *item).into_iter().flat_map(|expr| expr.compared());
+    let caps = compared.filter(|(leaf, _)| leaf.is_time()).map(|(_, constant)| constant);
+    caps.max()
+        .map_or(0, |cap| i64::from(Type::Int { lo: 0, hi: cap.saturating_add(1).max(1) }.bits()))
 }
 
 /// The estimated bytes of flash and of RAM of a group on a CPU. They compare groups; what a program needs besides is not included.

@@ -95,20 +95,16 @@ impl Program {
                 pins.push((1, pin));
             }
         }
-        for (at, input) in problem.inputs.iter().enumerate() {
-            let paid = all.variable(format!("e{at}"));
-            all.cost(input.cost as i64, &paid);
-            for (part, pins) in pins.iter_mut().enumerate() {
-                let read = all.variable(format!("r{at}_{part}"));
-                for reader in &input.readers {
-                    let reader = Program::placed(*reader, part);
-                    all.row(&[(1, read.clone()), (-1, reader.clone())], ">=", 0);
-                    if input.on.contains(&part) {
-                        all.row(&[(1, paid.clone()), (-1, reader)], ">=", 0);
-                    }
+        for (at, one) in problem.presences.iter().enumerate() {
+            let present = all.variable(format!("e{at}"));
+            all.cost(one.cost as i64, &present);
+            for part in &one.on {
+                for node in &one.nodes {
+                    let node = Program::placed(*node, *part);
+                    all.row(&[(1, present.clone()), (-1, node)], ">=", 0);
                 }
-                pins.push((input.pins as i64, read));
             }
+            pins[one.at].push((one.pins as i64, present));
         }
         all.limits(problem, &pins);
         all
@@ -116,10 +112,11 @@ impl Program {
 
     fn limits(&mut self, problem: &Problem, pins: &[Vec<(i64, String)>]) {
         for (at, part) in problem.parts.iter().enumerate() {
-            if let Some(most) = part.pins
-                && !pins[at].is_empty()
-            {
-                self.row(&pins[at], "<=", most as i64);
+            if let Some(most) = part.pins {
+                // A row needs a variable: that of any node.
+                let none = (0, Program::placed(0, at));
+                let all: Vec<_> = pins[at].iter().cloned().chain([none]).collect();
+                self.row(&all, "<=", most as i64 - part.always);
             }
             for (resource, most) in part.capacities.iter().enumerate() {
                 let Some(most) = most else { continue };

@@ -2,13 +2,13 @@
 
 use crate::common::{Prng, random_problem, series, three_parts};
 use grafsynth_split::solve::{
-    Choice, Constraint, Forbidden, InputGroup, Limits, Node, Outcome, Part, Problem, Wire,
+    Choice, Constraint, Forbidden, Limits, Node, Outcome, Part, Presence, Problem, Wire,
     alternatives, evaluate, solve,
 };
 
 /// Two parts; each node costs these amounts on them, and uses 1 of the only resource on part 0.
 fn two_parts(capacity: Option<u64>, costs: &[(i64, i64)]) -> Problem {
-    let part = |capacity| Part { capacities: vec![capacity], pins: None };
+    let part = |capacity| Part { capacities: vec![capacity], ..Part::default() };
     let choice = |cost, amount| Some(Choice { cost, uses: vec![amount] });
     let nodes = costs
         .iter()
@@ -36,7 +36,7 @@ fn the_largest_numbers_are_added_without_overflow() {
     for (index, node) in problem.nodes.iter_mut().enumerate() {
         node.choices.iter_mut().flatten().for_each(|choice| choice.uses = vec![1 << 30]);
         problem.wires.push(Wire { driver: index, readers: (0..40).collect(), cost: 1 << 30 });
-        problem.inputs.push(InputGroup::of(vec![index, (index + 7) % 40]));
+        problem.presences.push(Presence::pins(vec![index, (index + 7) % 40], 0, 1));
     }
     assert_eq!(optimum(&problem).1, -40 * most);
     problem.parts[0].capacities = vec![Some(20 << 30)];
@@ -63,7 +63,9 @@ fn malformed_problems_are_errors() {
     change(|problem| problem.nodes[0].choices[0] = Some(Choice { cost: 0, uses: vec![u64::MAX] }));
     change(|problem| problem.nodes[0].choices[0] = Some(Choice::default()));
     change(|problem| problem.wires.push(Wire { driver: 1, readers: vec![0], cost: 0 }));
-    change(|problem| problem.inputs.push(InputGroup::of(vec![1])));
+    change(|problem| problem.presences.push(Presence::pins(vec![1], 0, 1)));
+    change(|problem| problem.presences.push(Presence::pins(vec![0], 2, 1)));
+    change(|problem| problem.parts[0].always = i64::MIN);
     change(|problem| problem.together.push(vec![0, 1]));
     change(|problem| problem.forbidden.push(Forbidden::Decisions(vec![(0, 2)])));
     for problem in &problems {

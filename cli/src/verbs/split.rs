@@ -91,7 +91,7 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
             return Err(refused(session, &found));
         }
     };
-    found.extend(split::crowded(net, &split, &link));
+    found.extend(split::crowded(net, &split.division, &link));
     let table = arguments.table.then(|| split::table(net, &split, &link, &request));
     let report = match arguments.report {
         None => Vec::new(),
@@ -232,7 +232,7 @@ fn draw(session: &Session, file: Option<&Path>, net: &Net, rows: &[&Choice]) -> 
         name: format!("{devices} ({})", objective.name()),
         cells: vec![
             (Some(costs.cells), costs.cells.to_string()),
-            (Some(costs.pins), costs.pins.to_string()),
+            (Some(costs.pins), costs.pins_text()),
             known(costs.cycles, costs.cycles.unwrap_or_default().to_string()),
             known(costs.reaction_ns, split::rounded(costs.reaction_ns.unwrap_or_default())),
         ],
@@ -261,7 +261,7 @@ fn costs_table(rows: &[&Choice]) -> String {
             "| {devices} | {} | {} | {} | {} | {} |\n",
             objective.name(),
             costs.cells,
-            costs.pins,
+            costs.pins_text(),
             known(costs.cycles.map(|cycles| cycles.to_string())),
             known(costs.reaction_ns.map(split::rounded)),
         );

@@ -13,6 +13,8 @@ pub struct Costs {
     pub cells: u64,
     /// The pins of the CPU: for the link, and for the inputs and outputs of the plant.
     pub pins: u64,
+    /// The usable pins of the CPU. If it needs more, some inputs or outputs of the plant must be connected in another way.
+    pub usable: u64,
     /// The maximum number of cycles of the part on the CPU in a round; `None` if they are not known.
     pub cycles: Option<u64>,
     /// The longest time of a reaction in nanoseconds, with an estimate for the link; `None` if it is not known.
@@ -25,16 +27,25 @@ impl Costs {
         let chips = split.parts.iter().flat_map(|part| &part.built.chips);
         Costs {
             cells: chips.map(|chip| chip.cells.len() as u64).sum(),
-            pins: cpu_pins(net, split, linked),
+            pins: cpu_pins(net, &split.division, linked),
+            usable: linked.cpu.pins.len() as u64,
             cycles: round.map(|round| round.step),
             reaction_ns: round.map(|round| round.ns),
         }
     }
 
     /// The costs as numbers that can be compared. A cost that is not known is the largest number.
-    fn all(self) -> [u64; 4] {
+    fn all(self) -> [u64; 5] {
         let known = |value: Option<u64>| value.unwrap_or(u64::MAX);
-        [self.cells, self.pins, known(self.cycles), known(self.reaction_ns)]
+        let missing = self.pins.saturating_sub(self.usable);
+        [self.cells, self.pins, missing, known(self.cycles), known(self.reaction_ns)]
+    }
+
+    /// The pins of the CPU, with those that it has if these are fewer.
+    #[must_use]
+    pub fn pins_text(self) -> String {
+        let Costs { pins, usable, .. } = self;
+        if pins > usable { format!("{pins}, only {usable} usable") } else { pins.to_string() }
     }
 
     /// True if the other split is not worse in anything, and better in something.

@@ -9,7 +9,11 @@
 use super::free::late_on_cpu;
 use super::link::link_parts;
 use super::memory::{Memory, memory};
-use super::{BuiltPart, PartDevice, Request, SoFar, build_cpu, build_part, misfit, spec, unplaced};
+use super::table::crowded;
+use super::{
+    BuiltPart, PartDevice, Request, SoFar, build_cpu, build_part, lacks_pins_of_cpu, misfit, spec,
+    unplaced,
+};
 use crate::built::BuildOptions;
 use crate::codes;
 use crate::pipeline;
@@ -19,6 +23,7 @@ use grafsynth_ir::division::{Division, PartIndex};
 use grafsynth_ir::facts::Component;
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Diagnostic, Valid};
+use grafsynth_split::codes::{LINK, PINS};
 use grafsynth_split::cpu::Cpu;
 use grafsynth_split::partition::{Unplaced, memory as estimate};
 use grafsynth_split::solve::{Constraint, Forbidden};
@@ -62,6 +67,8 @@ pub(super) fn search(
         components,
         request,
         late: late_on_cpu(net, groups, request),
+        has_plant: true,
+        lacks_pins: false,
         unfit: 0,
         builds: 0,
         last: Vec::new(),
@@ -69,8 +76,14 @@ pub(super) fn search(
         value: None,
         bound: None,
     };
-    let first = search.by_estimates();
-    search.by_bounds(first)
+    match search.run() {
+        Err(_) if search.lacks_pins => {
+            search.has_plant = false;
+            search.last = Vec::new();
+            search.run()
+        }
+        first => first,
+    }
 }
 
 struct Search<'a> {
@@ -80,6 +93,10 @@ struct Search<'a> {
     request: &'a Request<'a>,
     /// The decisions with which a deadline is missed in any case.
     late: Vec<Forbidden>,
+    /// Whether the CPU must have pins for the inputs and outputs of the plant, besides those for the link. If nothing fits then, they are connected in another way.
+    has_plant: bool,
+    /// Whether the CPU had too few pins for some partition.
+    lacks_pins: bool,
     unfit: usize,
     builds: usize,
     /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
@@ -103,12 +120,20 @@ enum Fit {
 
 /// Why a part does not fit.
 enum Misfit {
-    /// A chip has too few macrocells, product terms or pins.
+    /// A chip has too few macrocells, product terms or pins, or the CPU too few pins.
     Room,
     /// The CPU has too little flash or RAM.
     Memory(Memory, &'static Cpu),
     /// Another reason.
     Other,
+}
+
+/// What is known of the part on the CPU with its link.
+enum OnCpu {
+    /// The link can be wired, with these memories.
+    Linked(Result<(Memory, &'static Cpu), String>),
+    /// Its pins do not suffice, or a signal cannot be wired.
+    Unwired(Vec<Diagnostic>),
 }
 
 impl Search<'_> {
@@ -128,9 +153,20 @@ impl Search<'_> {
         partition(self.net, self.groups, specs, places, (objective, count), excluded)
     }
 
+    fn run(&mut self) -> Result<Fitted, Vec<Diagnostic>> {
+        let first = self.by_estimates();
+        self.by_bounds(first)
+    }
+
+    fn specs(&self) -> Vec<PartSpec> {
+        let has_plant = self.has_plant;
+        let of = |part| PartSpec { has_plant, ..spec(part, self.request.reset) };
+        self.request.parts.iter().map(of).collect()
+    }
+
     /// The first partition from estimates that fits; `Ok(Err(_))` if there is none.
     fn by_estimates(&mut self) -> Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>> {
-        let mut specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
+        let mut specs = self.specs();
         let mut excluded = self.late.clone();
         for _ in 0..MOST_ESTIMATES {
             let partition = match self.best(&specs, Count::Estimate, &excluded) {
@@ -162,7 +198,7 @@ impl Search<'_> {
         first: Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>>,
     ) -> Result<Fitted, Vec<Diagnostic>> {
         let first = first?;
-        let specs: Vec<PartSpec> = self.request.parts.iter().map(spec).collect();
+        let specs = self.specs();
         let mut excluded = self.late.clone();
         let (mut best, estimated) = match first {
             Ok(fitted) => (Some(fitted), None),
@@ -225,6 +261,11 @@ impl Search<'_> {
         ended: Option<Unplaced>,
         is_certain: bool,
     ) -> Vec<Diagnostic> {
+        for why in [&estimated, &ended].into_iter().flatten() {
+            if let Unplaced::Conflict(conflict) = why {
+                self.lacks_pins |= lacks_pins_of_cpu(self.request, conflict);
+            }
+        }
         let why = match (estimated, ended) {
             (_, Some(why @ Unplaced::Conflict(_))) if is_certain => why,
             (Some(why @ Unplaced::Conflict(_)), _) => why,
@@ -272,7 +313,18 @@ impl Search<'_> {
             }
             chips.push(chip);
         }
-        let memory = self.memory(&division, &mut chips);
+        let cpu = self.request.parts.len() - 1;
+        let memory = match self.on_cpu(&division, &mut chips) {
+            OnCpu::Linked(memory) => memory,
+            OnCpu::Unwired(found) => {
+                self.unfit += 1;
+                let is_pins = found.iter().any(|one| one.code == PINS);
+                self.lacks_pins |= is_pins;
+                self.last = found;
+                let why = if is_pins { Misfit::Room } else { Misfit::Other };
+                return Ok(Fit::Misfit { part: cpu, why });
+            }
+        };
         if let Ok((memory, cpu)) = &memory
             && let Some(found) = memory.misfit(&self.cpu_name(), cpu)
         {
@@ -307,23 +359,37 @@ impl Search<'_> {
         self.request.parts.last().map_or_else(String::new, |part| part.name.clone())
     }
 
-    /// The memories that the part on the CPU needs with its link. A part or a link that cannot be built is no matter of memory: it is reported after the search.
-    fn memory(
-        &self,
-        division: &Division,
-        chips: &mut Vec<BuiltPart>,
-    ) -> Result<(Memory, &'static Cpu), String> {
-        let requested = self.request.parts.last().ok_or("there is no CPU")?;
-        let part = division.parts.last().ok_or("there is no CPU")?;
+    /// Builds the part on the CPU and its link. A part that cannot be built is reported after the search.
+    fn on_cpu(&self, division: &Division, chips: &mut Vec<BuiltPart>) -> OnCpu {
+        let (Some(requested), Some(part)) = (self.request.parts.last(), division.parts.last())
+        else {
+            return OnCpu::Linked(Err("there is no CPU".to_owned()));
+        };
         let options = BuildOptions { prove: false, ..self.request.options.clone() };
         let request = Request { options: &options, ..*self.request };
         chips.push(build_cpu(self.net, &part.net, requested, &request));
         let Request { parts, stem, compile, .. } = *self.request;
         let linked = link_parts(self.net, (division, chips), parts, stem);
-        let built = chips.pop().ok_or("there is no CPU")?;
-        let first = |found: Vec<Diagnostic>| found.first().map(|one| one.message.clone());
-        let linked = linked.map_err(|found| first(found).unwrap_or_default())?;
-        Ok((memory(self.net, &built, &linked, compile)?, linked.cpu))
+        let Some(built) = chips.pop() else {
+            return OnCpu::Linked(Err("there is no CPU".to_owned()));
+        };
+        let linked = match linked {
+            Ok(linked) => linked,
+            Err(found) if found.iter().any(|one| [PINS, LINK].contains(&one.code)) => {
+                return OnCpu::Unwired(found);
+            }
+            Err(found) => {
+                let first = found.first().map(|one| one.message.clone());
+                return OnCpu::Linked(Err(first.unwrap_or_default()));
+            }
+        };
+        if self.has_plant
+            && let Some(found) = crowded(self.net, division, &linked)
+        {
+            return OnCpu::Unwired(vec![found]);
+        }
+        let memory = memory(self.net, &built, &linked, compile);
+        OnCpu::Linked(memory.map(|memory| (memory, linked.cpu)))
     }
 
     /// After a part did not fit the memory of the CPU, the CPU is offered less than the estimate for the groups of that part: by the needed share, and by at least an
@@ -356,7 +422,7 @@ fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> V
     specs.iter().enumerate().filter_map(of).collect()
 }
 
-/// After a fit failed, the chip is offered an eighth less than the estimates of that partition used, so that the search ends soon.
+/// After a fit failed, the device is offered an eighth less than the estimates of that partition used, so that the search ends soon.
 fn offer_less(spec: &mut PartSpec, part: usize, failed: &Partition) {
     for usage in &failed.evaluation.usage {
         let less = usage.used.saturating_sub((usage.used / 8).max(1));

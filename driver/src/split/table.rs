@@ -11,6 +11,7 @@ use grafsynth_backend_c::cost;
 use grafsynth_ir::Gather;
 use grafsynth_ir::Valid;
 use grafsynth_ir::diag::{Diagnostic, Severity};
+use grafsynth_ir::division::{Division, Running, Source};
 use grafsynth_ir::net::{InputId, Net};
 use grafsynth_split::codes;
 use grafsynth_split::cpu::{Cpu, cpu};
@@ -89,26 +90,40 @@ pub(super) fn ways(
 }
 
 /// The pins of the CPU: for the link, and for the inputs and outputs of the plant. An input that is wired to chips alone needs none.
-pub(super) fn cpu_pins(net: &Net, split: &Split, linked: &Linked) -> u64 {
+pub(super) fn cpu_pins(net: &Net, division: &Division, linked: &Linked) -> u64 {
     let cpu = linked.chips.len();
     let at_cpu = |one: &Connection| {
         let mut ends = [&one.from].into_iter().chain(&one.to);
         ends.any(|end| end.part == cpu)
     };
     let link = linked.link.connections.iter().filter(|one| at_cpu(one)).count() as u64;
-    let own = |id| split.division.owners.outputs[id] == cpu;
+    let own = |id| division.owners.outputs[id] == cpu;
     let outputs = net.outputs.iter().filter(|(id, it)| !it.is_extern() && own(*id));
     let outputs: u64 = outputs.map(|(_, it)| bits(it.ty)).sum();
-    let direct: BTreeSet<InputId> =
-        linked.link.direct.iter().filter(|one| !one.is_emergency).map(|one| one.input).gather();
-    let direct: u64 = direct.into_iter().map(|id| bits(net.inputs[id].ty)).sum();
-    (input_bits(net) + outputs + link).saturating_sub(direct)
+    let inputs = net.inputs.iter().filter(|(_, it)| it.kind.is_handed());
+    let inputs = inputs.filter(|(id, _)| reaches_cpu(division, linked, *id));
+    let inputs: u64 = inputs.map(|(_, it)| bits(it.ty)).sum();
+    inputs + outputs + link
+}
+
+/// Whether the CPU reads the pin of an input of the plant: in lockstep, unless the input is wired to chips alone; else if the part on the CPU has it.
+fn reaches_cpu(division: &Division, linked: &Linked, input: InputId) -> bool {
+    match division.running {
+        Running::Lockstep => {
+            let mut direct = linked.link.direct.iter();
+            !direct.any(|one| one.input == input && !one.is_emergency)
+        }
+        Running::Free => {
+            let mut sources = division.parts.last().into_iter().flat_map(|it| it.inputs.values());
+            sources.any(|source| *source == Source::Input(input))
+        }
+    }
 }
 
 /// A warning if the CPU has too few pins for the inputs and outputs of the plant after those of the link.
 #[must_use]
-pub fn crowded(net: &Net, split: &Split, linked: &Linked) -> Option<Diagnostic> {
-    let (all, usable) = (cpu_pins(net, split, linked), linked.cpu.pins.len() as u64);
+pub fn crowded(net: &Net, division: &Division, linked: &Linked) -> Option<Diagnostic> {
+    let (all, usable) = (cpu_pins(net, division, linked), linked.cpu.pins.len() as u64);
     (all > usable).then(|| {
         let name = linked.cpu.name;
         let message = format!(
@@ -182,7 +197,7 @@ fn both(net: &Net, split: &Split, linked: &Linked) -> Way {
         name: "split".to_owned(),
         cells: of_chips().map(cells).sum::<u64>().to_string(),
         chip_pins: of_chips().map(pins).sum::<u64>().to_string(),
-        cpu_pins: cpu_pins(net, split, linked).to_string(),
+        cpu_pins: cpu_pins(net, &split.division, linked).to_string(),
         flash,
         ram,
         cycles: round.map_or_else(

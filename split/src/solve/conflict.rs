@@ -40,7 +40,15 @@ pub struct Amount {
 /// The conflict of a problem that is infeasible.
 pub(super) fn find(problem: &Problem, limits: &Limits) -> Conflict {
     let mut filter = Filter { problem, limits, is_minimal: true };
-    let kept = filter.filter(constraints(problem));
+    let mut all = constraints(problem);
+    // A reader learns least from what an earlier fit excluded, and more from macrocells or memory than from pins.
+    for is_vague in [
+        |one: &Constraint| matches!(one, Constraint::Forbidden { .. }),
+        |one: &Constraint| matches!(one, Constraint::Pins { .. }),
+    ] {
+        filter.drop_all(&mut all, is_vague);
+    }
+    let kept = filter.filter(all);
     let fights = kept
         .iter()
         .map(|&constraint| Fight { constraint, amount: filter.amount(&kept, constraint) })
@@ -73,6 +81,20 @@ struct Filter<'a> {
 }
 
 impl Filter<'_> {
+    /// Removes all constraints of a kind, if the others exclude each other without them.
+    fn drop_all(&self, kept: &mut Vec<Constraint>, is_of_kind: fn(&Constraint) -> bool) {
+        let rest: Vec<_> = kept.iter().copied().filter(|one| !is_of_kind(one)).collect();
+        let is_shorter = rest.len() < kept.len();
+        if is_shorter
+            && matches!(
+                search(&relaxed(self.problem, &rest, None), self.limits, None),
+                Found::Infeasible
+            )
+        {
+            *kept = rest;
+        }
+    }
+
     /// Removes unnecessary constraints, in chunks of half the size each time.
     fn filter(&mut self, mut kept: Vec<Constraint>) -> Vec<Constraint> {
         let mut chunk = kept.len().max(1).next_power_of_two();
@@ -122,8 +144,10 @@ impl Filter<'_> {
 
     /// The minimum number of pins with which a problem is feasible, by bisection.
     fn pins_needed(&self, mut problem: Problem, part: PartIndex, have: u64) -> Option<u64> {
-        let of_inputs: u64 = problem.inputs.iter().map(|input| input.pins).sum();
-        let (mut too_few, mut enough) = (have, problem.wires.len() as u64 + of_inputs);
+        let of_nets =
+            problem.presences.iter().map(|one| one.pins).sum::<u64>() + problem.wires.len() as u64;
+        let always = problem.parts[part].always.max(0).cast_unsigned();
+        let (mut too_few, mut enough) = (have, of_nets + always);
         while too_few + 1 < enough {
             let middle = too_few + (enough - too_few) / 2;
             problem.parts[part].pins = Some(middle);
@@ -160,7 +184,7 @@ fn relaxed(problem: &Problem, kept: &[Constraint], goal: Option<(PartIndex, usiz
         }
     }
     relaxed.wires.iter_mut().for_each(|wire| wire.cost = 0);
-    relaxed.inputs.iter_mut().for_each(|input| input.cost = 0);
+    relaxed.presences.iter_mut().for_each(|one| one.cost = 0);
     keep_indexed(&mut relaxed.together, |set| kept.contains(&Constraint::Together { set }));
     keep_indexed(&mut relaxed.forbidden, |set| kept.contains(&Constraint::Forbidden { set }));
     for (part, limits) in relaxed.parts.iter_mut().enumerate() {

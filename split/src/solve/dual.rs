@@ -8,7 +8,7 @@ use microlp::{ComparisonOp, OptimizationDirection};
 
 use super::flow::Network;
 use super::local;
-use super::model::{Model, Net};
+use super::model::{Kind, Model, Net};
 use super::problem::PartIndex;
 use super::state::{Prices, State, UNIT};
 
@@ -288,13 +288,15 @@ impl<'a> Cut<'a> {
 
     fn add_net(&mut self, net: &Net, prices: &Prices) {
         let pins = [prices.pins[0] * net.pins, prices.pins[1] * net.pins];
-        if let Some(on) = net.input {
-            let cost = net.cost * UNIT;
-            let of = |part: PartIndex| if on == 1 << part { cost } else { 0 };
-            self.add_any(net, 0, pins[0] + of(0));
-            self.add_any(net, 1, pins[1] + of(1));
-            // Every member is on one of two parts.
-            self.constant += if on == 3 { cost } else { 0 };
+        if let Kind::Presence { on, at } = net.kind {
+            let cost = net.cost * UNIT + pins[at];
+            match on {
+                0 => {}
+                1 => self.add_any(net, 0, cost),
+                2 => self.add_any(net, 1, cost),
+                // Every member is on one of two parts.
+                _ => self.constant += cost,
+            }
             return;
         }
         let cost = net.cost * UNIT + pins[0] + pins[1];

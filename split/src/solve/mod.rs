@@ -17,7 +17,7 @@ mod tests;
 
 pub use conflict::{Amount, Conflict, Fight};
 pub use problem::{
-    Choice, Forbidden, InputGroup, Node, NodeIndex, Part, PartIndex, Problem, ProblemError, Wire,
+    Choice, Forbidden, Node, NodeIndex, Part, PartIndex, Presence, Problem, ProblemError, Wire,
 };
 pub use report::{Alternative, Constraint, Evaluation, Usage, alternatives, evaluate};
 

@@ -53,15 +53,14 @@ pub(super) struct FreeNode {
     pub(super) forbidden: Vec<usize>,
 }
 
-/// A wire or an input, or several equal ones.
+/// A wire or a presence, or several equal ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Net {
     /// Free members, in order; at least one.
     pub(super) members: Vec<usize>,
     /// The parts that have a placed member.
     pub(super) placed: Mask,
-    /// `None` for a wire. An input has a pin on each part with a member, even if it is not cut, and its cost if a member is on one of these parts.
-    pub(super) input: Option<Mask>,
+    pub(super) kind: Kind,
     pub(super) cost: i64,
     /// The number of its pins on a part.
     pub(super) pins: i64,
@@ -70,20 +69,32 @@ pub(super) struct Net {
 impl Net {
     /// The parts on which it has a pin, if its members are on these parts.
     pub(super) fn pinned(&self, present: Mask) -> Mask {
-        if self.input.is_some() || present.count_ones() > 1 { present } else { 0 }
+        match self.kind {
+            Kind::Wire if present.count_ones() > 1 => present,
+            Kind::Presence { on, at } if present & on != 0 => 1 << at,
+            Kind::Wire | Kind::Presence { .. } => 0,
+        }
     }
 
     /// Its cost if its members are on these parts.
     pub(super) fn cost_on(&self, present: Mask) -> i64 {
-        let costs = match self.input {
-            Some(on) => present & on != 0,
-            None => present.count_ones() > 1,
+        let costs = match self.kind {
+            Kind::Presence { on, .. } => present & on != 0,
+            Kind::Wire => present.count_ones() > 1,
         };
         if costs { self.cost } else { 0 }
     }
 }
 
 impl Model {
+    /// Whether the pins of a net of this kind are limited.
+    fn counts_pins(&self, kind: Kind) -> bool {
+        match kind {
+            Kind::Wire => self.pins.iter().any(Option::is_some),
+            Kind::Presence { at, .. } => self.pins[at].is_some(),
+        }
+    }
+
     /// Drops the limits that no placement reaches.
     fn drop_loose_limits(&mut self) {
         for part in 0..self.parts {
@@ -95,7 +106,9 @@ impl Model {
             for (limit, most) in self.capacity[part].iter_mut().zip(most) {
                 *limit = limit.filter(|&limit| limit < most);
             }
-            let most: i64 = self.nets.iter().map(|net| net.pins).sum();
+            let all = (1 << self.parts) - 1;
+            let here = self.nets.iter().filter(|net| net.pinned(all) >> part & 1 == 1);
+            let most: i64 = here.map(|net| net.pins).sum();
             self.pins[part] = self.pins[part].filter(|&limit| limit < most);
         }
     }
@@ -144,8 +157,14 @@ pub(super) fn whole(problem: &Problem) -> Model {
     Work::merged(problem).finish(problem)
 }
 
-/// The kind of a net: see [`Net::input`].
-type Kind = Option<Mask>;
+/// What a net is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Kind {
+    /// A wire has its cost if members are on two parts or more, and then a pin on each of them.
+    Wire,
+    /// A presence has its cost if a member is on one of the parts `on`, and then its pins on the part `at`.
+    Presence { on: Mask, at: PartIndex },
+}
 
 /// Nets by members and kind, with cost and pins.
 type Nets = BTreeMap<(Vec<usize>, Kind), (i64, i64)>;
@@ -301,7 +320,7 @@ impl Work {
                 .map(|(capacity, used)| capacity.map(|capacity| signed(capacity) - used))
                 .collect();
             model.capacity.push(left);
-            model.pins.push(part.pins.map(signed));
+            model.pins.push(part.pins.map(|pins| signed(pins) - part.always));
         }
         let mut free = vec![0; self.classes.len()];
         let mut places = Vec::new();
@@ -330,7 +349,7 @@ impl Work {
     /// Adds the nets that still depend on a free node; the other nets are decided.
     fn add_nets(&self, model: &mut Model, places: &[Origin]) {
         let mut merged: BTreeMap<(Vec<usize>, Mask, Kind), (i64, i64)> = BTreeMap::new();
-        for ((members, input), &(cost, pins)) in &self.nets {
+        for ((members, kind), &(cost, pins)) in &self.nets {
             let mut placed = 0;
             let mut open = Vec::new();
             for &member in members {
@@ -339,12 +358,12 @@ impl Work {
                     Origin::Free(node) => open.push(node),
                 }
             }
-            let sums = merged.entry((open, placed, *input)).or_default();
+            let sums = merged.entry((open, placed, *kind)).or_default();
             sums.0 += cost;
             sums.1 += pins;
         }
-        for ((members, placed, input), (cost, pins)) in merged {
-            let net = Net { members, placed, input, cost, pins };
+        for ((members, placed, kind), (cost, pins)) in merged {
+            let net = Net { members, placed, kind, cost, pins };
             if net.members.is_empty() {
                 model.base += net.cost_on(placed);
                 parts_of(net.pinned(placed)).for_each(|part| {
@@ -352,7 +371,7 @@ impl Work {
                         *left -= pins;
                     }
                 });
-            } else if cost > 0 || model.pins.iter().any(Option::is_some) {
+            } else if cost > 0 || model.counts_pins(kind) {
                 net.members
                     .iter()
                     .for_each(|&member| model.nodes[member].nets.push(model.nets.len()));
@@ -400,15 +419,15 @@ fn nets(problem: &Problem, class: &[usize]) -> Nets {
     for wire in &problem.wires {
         let members = members(&mut wire.readers.iter().copied().chain([wire.driver]));
         if members.len() > 1 {
-            let sums = nets.entry((members, None)).or_default();
+            let sums = nets.entry((members, Kind::Wire)).or_default();
             *sums = (sums.0 + wire.cost.cast_signed(), sums.1 + 1);
         }
     }
-    for input in problem.inputs.iter().filter(|input| !input.readers.is_empty()) {
-        let on = input.on.iter().fold(0, |mask, part| mask | 1 << part);
-        let members = members(&mut input.readers.iter().copied());
-        let sums = nets.entry((members, Some(on))).or_default();
-        *sums = (sums.0 + input.cost.cast_signed(), sums.1 + input.pins.cast_signed());
+    for one in problem.presences.iter().filter(|one| !one.nodes.is_empty()) {
+        let on = one.on.iter().fold(0, |mask, part| mask | 1 << part);
+        let members = members(&mut one.nodes.iter().copied());
+        let sums = nets.entry((members, Kind::Presence { on, at: one.at })).or_default();
+        *sums = (sums.0 + one.cost.cast_signed(), sums.1 + one.pins.cast_signed());
     }
     nets
 }

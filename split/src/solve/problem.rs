@@ -10,7 +10,7 @@ pub type NodeIndex = usize;
 
 /// Nodes to be placed on parts, at minimum cost.
 ///
-/// The cost of a placement is the sum of [`Choice::cost`] over the nodes and of [`Wire::cost`] over the wires with members on two parts or more, and of [`InputGroup::cost`]. The
+/// The cost of a placement is the sum of [`Choice::cost`] over the nodes, of [`Wire::cost`] over the wires with members on two parts or more, and of [`Presence::cost`]. The
 /// weights of several objectives are already included in these integers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Problem {
@@ -20,8 +20,8 @@ pub struct Problem {
     pub nodes: Vec<Node>,
     /// The wires between nodes.
     pub wires: Vec<Wire>,
-    /// The inputs from outside.
-    pub inputs: Vec<InputGroup>,
+    /// What is needed if a node is on some part, once for all nodes.
+    pub presences: Vec<Presence>,
     /// Sets of nodes that must be on one part.
     pub together: Vec<Vec<NodeIndex>>,
     /// Placements that are not allowed.
@@ -33,8 +33,10 @@ pub struct Problem {
 pub struct Part {
     /// The available amount of each resource; `None` is unlimited.
     pub capacities: Vec<Option<u64>>,
-    /// The pins for wires and inputs; `None` is unlimited.
+    /// The pins; `None` is unlimited.
     pub pins: Option<u64>,
+    /// Pins that every placement needs in addition; negative if the nets count some twice in every placement.
+    pub always: i64,
 }
 
 /// Something that is placed on one part.
@@ -66,24 +68,26 @@ pub struct Wire {
     pub cost: u64,
 }
 
-/// An input from outside, which needs pins on each part with a reader.
+/// Something that is needed once if any of some nodes is on one of some parts: an input, whose pin all its readers share; a macrocell.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct InputGroup {
-    /// The nodes that read the input.
-    pub readers: Vec<NodeIndex>,
-    /// The number of its pins on each part with a reader.
-    pub pins: u64,
-    /// Its share of the objective, once, if a reader is on one of the parts of `on`.
-    pub cost: u64,
-    /// The parts that have this cost.
+pub struct Presence {
+    /// The nodes.
+    pub nodes: Vec<NodeIndex>,
+    /// The parts on which they need it.
     pub on: Vec<PartIndex>,
+    /// Its share of the objective.
+    pub cost: u64,
+    /// The number of its pins.
+    pub pins: u64,
+    /// The part that has these pins: often, but not always, the one of `on`.
+    pub at: PartIndex,
 }
 
-impl InputGroup {
-    /// An input that needs a pin on each part with a reader, and costs nothing.
+impl Presence {
+    /// Pins of a part that are needed if any of these nodes is on it.
     #[must_use]
-    pub fn of(readers: Vec<NodeIndex>) -> Self {
-        Self { readers, pins: 1, cost: 0, on: Vec::new() }
+    pub fn pins(nodes: Vec<NodeIndex>, part: PartIndex, pins: u64) -> Self {
+        Self { nodes, on: vec![part], cost: 0, pins, at: part }
     }
 }
 
@@ -138,7 +142,7 @@ impl std::error::Error for ProblemError {}
 /// The largest amount, cost or weight: sums over all nodes stay exact in `f64` and far from overflow in `i64`.
 const LARGEST: u64 = 1 << 30;
 
-/// The maximum number of nodes, wires, inputs or sets.
+/// The maximum number of nodes, wires, presences or sets.
 const MOST: usize = 1 << 18;
 
 /// The maximum number of resources of a part.
@@ -162,11 +166,12 @@ impl Problem {
         length(format_args!("parts[0].capacities"), resources.min(MOST_RESOURCES), resources)?;
         for (index, part) in self.parts.iter().enumerate() {
             length(format_args!("parts[{index}].capacities"), resources, part.capacities.len())?;
+            size(format_args!("parts[{index}]"), part.always.unsigned_abs())?;
         }
         let lists = [
             ("nodes", self.nodes.len()),
             ("wires", self.wires.len()),
-            ("inputs", self.inputs.len()),
+            ("presences", self.presences.len()),
             ("together", self.together.len()),
             ("forbidden", self.forbidden.len()),
         ];
@@ -197,14 +202,15 @@ impl Problem {
                 wire.readers.iter().chain([&wire.driver]),
             )?;
         }
-        for (index, input) in self.inputs.iter().enumerate() {
-            size(format_args!("inputs[{index}]"), input.cost.max(input.pins))?;
-            if let Some(part) = input.on.iter().find(|&&part| part >= self.parts.len()) {
+        for (index, one) in self.presences.iter().enumerate() {
+            size(format_args!("presences[{index}]"), one.cost.max(one.pins))?;
+            let mut parts = one.on.iter().chain([&one.at]);
+            if let Some(part) = parts.find(|&&part| part >= self.parts.len()) {
                 return Err(ProblemError::Index(format!(
-                    "inputs[{index}]: part {part} does not exist"
+                    "presences[{index}]: part {part} does not exist"
                 )));
             }
-            self.check_nodes(format_args!("inputs[{index}]"), input.readers.iter())?;
+            self.check_nodes(format_args!("presences[{index}]"), one.nodes.iter())?;
         }
         for (index, set) in self.together.iter().enumerate() {
             self.check_nodes(format_args!("together[{index}]"), set.iter())?;

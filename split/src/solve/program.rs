@@ -1,7 +1,7 @@
 //! The reduced problem as a 0/1 program, solved by branch and bound over linear relaxations (`microlp`).
 //!
 //! A node with two parts has one variable, a node with more has one for each part. For a net and a part, `any` is 1 if a member is there (any ≥ each member)
-//! and `all` is 1 if all members are there (all ≤ each member). A wire is cut by 1 − Σ all, and has any − all pins on a part; an input has `any` pins. Only
+//! and `all` is 1 if all members are there (all ≤ each member). A wire is cut by 1 − Σ all, and has any − all pins on a part; a presence has `any` for its parts. Only
 //! the variables of nodes are binary: the others then take the right value or one that is no better.
 
 use grafsynth_ir::Gather;
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use microlp::{ComparisonOp, OptimizationDirection, SolveOptions, TerminationReason, Variable};
 
-use super::model::{Mask, Model, Net, parts_of};
+use super::model::{Kind, Mask, Model, Net, parts_of};
 use super::problem::PartIndex;
 
 /// The result of a search.
@@ -116,14 +116,12 @@ impl<'a> Program<'a> {
     fn add_net(&mut self, net: &Net) {
         let parts: Vec<_> =
             (0..self.model.parts).filter(|&part| self.model.pins[part].is_some()).collect();
-        if let Some(on) = net.input {
-            for part in parts.into_iter().filter(|_| net.pins > 0) {
-                let any = self.any(net, part);
-                self.pins[part].add(net.pins as f64, &any);
-            }
-            if net.cost > 0 && on != 0 {
-                let any = self.any_on(net, on);
+        if let Kind::Presence { on, at } = net.kind {
+            let pins = if self.model.pins[at].is_some() { net.pins } else { 0 };
+            if pins > 0 || net.cost > 0 {
+                let any = self.any(net, on);
                 self.cost.add(net.cost as f64, &any);
+                self.pins[at].add(pins as f64, &any);
             }
             return;
         }
@@ -141,7 +139,7 @@ impl<'a> Program<'a> {
         self.cost.constant += net.cost as f64;
         all.iter().for_each(|all| self.cost.add(-net.cost as f64, all));
         for part in parts {
-            let pin = self.any(net, part).minus(&all[part]);
+            let pin = self.any(net, 1 << part).minus(&all[part]);
             self.pins[part].add(net.pins as f64, &pin);
         }
     }
@@ -159,37 +157,23 @@ impl<'a> Program<'a> {
     }
 
     /// At least 1 if a member is on one of these parts.
-    fn any_on(&mut self, net: &Net, on: Mask) -> Sum {
+    fn any(&mut self, net: &Net, on: Mask) -> Sum {
         if net.placed & on != 0 {
             return Sum::constant(1.0);
         }
-        let any = self.variable(false);
-        for &member in &net.members {
+        let here = |member: usize| {
             let mut here = Sum::default();
             parts_of(on).for_each(|part| here.add(1.0, &self.on[member][part]));
-            self.rows.push(here.minus(&any));
-        }
-        any
-    }
-
-    fn any(&mut self, net: &Net, part: PartIndex) -> Sum {
-        if net.placed >> part & 1 == 1 {
-            return Sum::constant(1.0);
-        }
-        let members: Vec<_> = net
-            .members
-            .iter()
-            .copied()
-            .filter(|&member| self.model.nodes[member].allowed >> part & 1 == 1)
-            .collect();
-        match members[..] {
+            here
+        };
+        let allowed = |member: &usize| self.model.nodes[*member].allowed & on != 0;
+        let members: Vec<Sum> = net.members.iter().copied().filter(allowed).map(here).collect();
+        match &members[..] {
             [] => Sum::default(),
-            [member] => self.on[member][part].clone(),
+            [member] => member.clone(),
             _ => {
                 let any = self.variable(false);
-                members
-                    .iter()
-                    .for_each(|&member| self.rows.push(self.on[member][part].minus(&any)));
+                members.iter().for_each(|here| self.rows.push(here.minus(&any)));
                 any
             }
         }

@@ -98,12 +98,15 @@ pub(super) fn evaluate_checked(problem: &Problem, assignment: &[PartIndex]) -> E
             parts_of(present).for_each(|part| pins[part] += 1);
         }
     }
-    for input in &problem.inputs {
-        let present: u32 = parts_with(&mut input.readers.iter());
-        parts_of(present).for_each(|part| pins[part] += input.pins);
-        if input.on.iter().any(|part| present >> part & 1 == 1) {
-            value += input.cost.cast_signed();
+    for one in &problem.presences {
+        let present: u32 = parts_with(&mut one.nodes.iter());
+        if one.on.iter().any(|part| present >> part & 1 == 1) {
+            value += one.cost.cast_signed();
+            pins[one.at] += one.pins;
         }
+    }
+    for (pins, part) in pins.iter_mut().zip(&problem.parts) {
+        *pins = pins.saturating_add_signed(part.always);
     }
     let usage = usage(problem, &used, &pins);
     broken.extend(usage.iter().filter(|usage| !usage.fits()).map(|usage| usage.constraint));
@@ -171,6 +174,7 @@ pub fn alternatives(
     }
     let mut state = State::new(&model, placed);
     let usage = evaluate_checked(problem, assignment).usage;
+    let always: Vec<i64> = problem.parts.iter().map(|part| part.always).collect();
     let mut classes = Vec::new();
     for (class, node) in model.nodes.iter().enumerate() {
         let from = state.part[class];
@@ -179,7 +183,7 @@ pub fn alternatives(
             (false, false) => Alternative::NotAllowed,
             (false, true) => {
                 state.apply(class, part, |_| ());
-                let alternative = moved(&state, &usage);
+                let alternative = moved(&state, &usage, &always);
                 state.apply(class, from, |_| ());
                 alternative
             }
@@ -193,12 +197,15 @@ pub fn alternatives(
     Ok(model.origin.iter().map(of_node).collect())
 }
 
-/// The effect of a move, from the state after it.
-fn moved(state: &State, usage: &[Usage]) -> Alternative {
-    let after = state
-        .uses()
-        .zip(usage)
-        .map(|((_, used), usage)| Usage { used: used.cast_unsigned(), ..*usage });
+/// The effect of a move, from the state after it. `always` is [`super::Part::always`], which the state does not count.
+fn moved(state: &State, usage: &[Usage], always: &[i64]) -> Alternative {
+    let after = state.uses().zip(usage).map(|((_, used), usage)| {
+        let more = match usage.constraint {
+            Constraint::Pins { part } => always[part],
+            _ => 0,
+        };
+        Usage { used: (used + more).max(0).cast_unsigned(), ..*usage }
+    });
     let broken: Vec<_> = after.filter(|usage| !usage.fits()).collect();
     match (broken.is_empty(), state.excess) {
         (false, _) => Alternative::DoesNotFit(broken),

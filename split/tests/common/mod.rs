@@ -1,7 +1,7 @@
 //! Problems for the tests: random ones, and a series with known optima.
 #![allow(dead_code, reason = "each test file uses only some of them")]
 
-use grafsynth_split::solve::{Choice, Forbidden, InputGroup, Node, Part, Problem, Wire};
+use grafsynth_split::solve::{Choice, Forbidden, Node, Part, Presence, Problem, Wire};
 
 /// Deterministic pseudo-random numbers (xorshift, 64 bits).
 pub(crate) struct Prng(u64);
@@ -52,6 +52,7 @@ pub(crate) fn problem_of(prng: &mut Prng, parts: usize, nodes: usize) -> Problem
         problem.parts.push(Part {
             capacities,
             pins: prng.chance(50).then(|| prng.below(if is_tight { 4 } else { 9 }) as u64),
+            always: if prng.chance(30) { prng.below(5) as i64 - 2 } else { 0 },
         });
     }
     for _ in 0..nodes {
@@ -71,11 +72,17 @@ pub(crate) fn problem_of(prng: &mut Prng, parts: usize, nodes: usize) -> Problem
         });
     }
     for _ in 0..prng.below(nodes) {
-        problem.inputs.push(InputGroup {
-            readers: prng.some_of(nodes, 3),
-            pins: prng.below(3) as u64,
-            cost: prng.below(12) as u64,
+        let readers = prng.some_of(nodes, 3);
+        if prng.chance(50) {
+            let pins = prng.below(3) as u64;
+            problem.presences.extend(on_each(&readers, parts, pins));
+        }
+        problem.presences.push(Presence {
+            nodes: readers,
             on: (0..parts).filter(|_| prng.chance(50)).collect(),
+            cost: prng.below(12) as u64,
+            pins: prng.below(3) as u64,
+            at: prng.below(parts),
         });
     }
     if prng.chance(30) {
@@ -91,6 +98,11 @@ pub(crate) fn problem_of(prng: &mut Prng, parts: usize, nodes: usize) -> Problem
         problem.forbidden.push(forbidden);
     }
     problem
+}
+
+/// An input with pins on each part with a reader.
+fn on_each(readers: &[usize], parts: usize, pins: u64) -> impl Iterator<Item = Presence> + '_ {
+    (0..parts).map(move |part| Presence::pins(readers.to_vec(), part, pins))
 }
 
 /// A problem of the series with known optima: rings of ten steps, with nets between them, on a chip and a CPU.
@@ -109,8 +121,9 @@ pub(crate) fn series(steps: usize) -> Problem {
     let chip = Part {
         capacities: vec![Some(cells), Some(3 * cells)],
         pins: Some((steps as u64 * 35 / 100).max(8)),
+        always: 0,
     };
-    let cpu = Part { capacities: vec![None, None], pins: None };
+    let cpu = Part { capacities: vec![None, None], ..Part::default() };
     let mut problem = Problem {
         parts: vec![chip, cpu],
         nodes: terms.iter().zip(&cycles).map(node).collect(),
@@ -129,7 +142,7 @@ pub(crate) fn series(steps: usize) -> Problem {
     }
     for _ in 0..steps / 2 {
         let first = below(steps);
-        problem.inputs.push(InputGroup::of(vec![first, (first + 1 + below(5)) % steps]));
+        problem.presences.extend(on_each(&[first, (first + 1 + below(5)) % steps], 2, 1));
     }
     problem
 }
@@ -143,6 +156,7 @@ pub(crate) fn three_parts(prng: &mut Prng, nodes: usize) -> Problem {
         problem.parts.push(Part {
             capacities,
             pins: (part < 2).then(|| (4 + nodes / 3 + prng.below(4)) as u64),
+            always: 0,
         });
     }
     for _ in 0..nodes {
@@ -163,7 +177,7 @@ pub(crate) fn three_parts(prng: &mut Prng, nodes: usize) -> Problem {
         problem.wires.push(Wire { driver: near, readers, cost: 2 + prng.below(8) as u64 });
     }
     for _ in 0..nodes / 3 {
-        problem.inputs.push(InputGroup::of(prng.some_of(nodes, 3)));
+        problem.presences.extend(on_each(&prng.some_of(nodes, 3), 3, 1));
     }
     problem
 }
