@@ -120,8 +120,10 @@ enum Fit {
 
 /// Why a part does not fit.
 enum Misfit {
-    /// A chip has too few macrocells, product terms or pins, or the CPU too few pins.
+    /// A chip has too few macrocells, product terms or pins.
     Room,
+    /// The CPU has too few pins, or a signal cannot be wired.
+    Link,
     /// The CPU has too little flash or RAM.
     Memory(Memory, &'static Cpu),
     /// Another reason.
@@ -179,13 +181,19 @@ impl Search<'_> {
                     let own = partition.part.iter().enumerate().filter(|(_, own)| **own == part);
                     let nodes: Vec<usize> = own.map(|(group, _)| group).collect();
                     match why {
-                        Misfit::Room => offer_less(&mut specs[part], part, &partition),
+                        Misfit::Room | Misfit::Link => {
+                            offer_less(&mut specs[part], part, &partition);
+                        }
                         Misfit::Memory(memory, cpu) => {
                             self.offer_less_memory(&mut specs[part], &nodes, &memory, cpu);
                         }
                         Misfit::Other => {}
                     }
-                    excluded.push(Forbidden::Together { nodes, part });
+                    excluded.push(match why {
+                        // A link depends on all parts.
+                        Misfit::Link => whole(&partition),
+                        _ => Forbidden::Together { nodes, part },
+                    });
                 }
             }
         }
@@ -233,9 +241,7 @@ impl Search<'_> {
                 continue;
             }
             fits += 1;
-            let decisions: Vec<(usize, PartIndex)> =
-                lower.part.iter().copied().enumerate().collect();
-            excluded.push(Forbidden::Decisions(decisions));
+            excluded.push(whole(&lower));
             if let Fit::Fits(fitted) = self.fit(lower)?
                 && best.as_ref().is_none_or(|best| fitted.value < best.value)
             {
@@ -318,11 +324,9 @@ impl Search<'_> {
             OnCpu::Linked(memory) => memory,
             OnCpu::Unwired(found) => {
                 self.unfit += 1;
-                let is_pins = found.iter().any(|one| one.code == PINS);
-                self.lacks_pins |= is_pins;
+                self.lacks_pins |= found.iter().any(|one| one.code == PINS);
                 self.last = found;
-                let why = if is_pins { Misfit::Room } else { Misfit::Other };
-                return Ok(Fit::Misfit { part: cpu, why });
+                return Ok(Fit::Misfit { part: cpu, why: Misfit::Link });
             }
         };
         if let Ok((memory, cpu)) = &memory
@@ -411,6 +415,11 @@ impl Search<'_> {
             spec.memory[at] = Some(less.min(share));
         }
     }
+}
+
+/// Exactly this partition.
+fn whole(partition: &Partition) -> Forbidden {
+    Forbidden::Decisions(partition.part.iter().copied().enumerate().collect())
 }
 
 /// Decisions of a placement for which a chip has too few macrocells.
