@@ -34,8 +34,12 @@ pub(crate) const CALLS: Named<CCalls> = Named(&[("copy", CCalls::Copy), ("share"
 pub(crate) const INTS: Named<u32> = Named(&[("16", 16), ("32", 32)]);
 
 /// Values of `--minimise`.
-pub(crate) const OBJECTIVES: Named<Objective> =
-    Named(&[("cycles", Objective::Cycles), ("pins", Objective::Pins), ("cells", Objective::Cells)]);
+pub(crate) const OBJECTIVES: Named<Objective> = Named(&[
+    ("cycles", Objective::Cycles),
+    ("pins", Objective::Pins),
+    ("cells", Objective::Cells),
+    ("latency", Objective::Latency),
+]);
 
 /// Values of `split --link`.
 pub(crate) const LINKS: Named<Running> =

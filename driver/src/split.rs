@@ -284,12 +284,15 @@ fn spec(part: &RequestedPart, has_reset: bool) -> PartSpec {
         pins: None,
         has_plant: true,
         has_reset,
+        act_cycles: 0,
         memory: [None; 2],
     };
     match part.device {
         PartDevice::Cpu(name) => {
             let cpu = CPUS.iter().find(|cpu| cpu.name == name);
-            PartSpec { pins: cpu.map(|cpu| cpu.pins.len() as u64), ..all }
+            // Of an 8051, no time is known: that of an AVR compares partitions.
+            let act_cycles = cpu.and_then(|cpu| cpu.link_cycles).map_or(14, |it| it.act);
+            PartSpec { pins: cpu.map(|cpu| cpu.pins.len() as u64), act_cycles, ..all }
         }
         PartDevice::Chip(device) => {
             let pins = device.inputs.len() + device.macrocells.len();

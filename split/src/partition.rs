@@ -41,6 +41,8 @@ pub struct PartSpec {
     pub has_plant: bool,
     /// Whether a CPU has a wire that resets the chips, in lockstep.
     pub has_reset: bool,
+    /// The cycles that a CPU needs to set, read, or hand over one signal of the link.
+    pub act_cycles: u32,
     /// The bytes of flash and of RAM of a CPU, as [`memory`] estimates them for groups; `None` is unlimited.
     pub memory: [Option<u64>; 2],
 }
@@ -66,11 +68,14 @@ pub enum Objective {
     Pins,
     /// The macrocells of all chips.
     Cells,
+    /// The time of a round: the CPU cycles, with those of the link for each input that it hands to its part or passes on, and for each wire that it reads or drives.
+    Latency,
 }
 
 impl Objective {
     /// All objectives.
-    pub const ALL: [Objective; 3] = [Objective::Cycles, Objective::Pins, Objective::Cells];
+    pub const ALL: [Objective; 4] =
+        [Objective::Cycles, Objective::Pins, Objective::Cells, Objective::Latency];
 
     /// The name on the command line.
     #[must_use]
@@ -79,6 +84,7 @@ impl Objective {
             Objective::Cycles => "cycles",
             Objective::Pins => "pins",
             Objective::Cells => "cells",
+            Objective::Latency => "latency",
         }
     }
 
@@ -89,6 +95,7 @@ impl Objective {
             Objective::Cycles => "estimated cycles of the CPU",
             Objective::Pins => "pins of the CPU",
             Objective::Cells => "macrocells",
+            Objective::Latency => "estimated cycles of a round with its link",
         }
     }
 }
@@ -204,7 +211,11 @@ pub fn problem(
     let mut pins = Pins { net, groups, parts, presences: Vec::new() };
     pins.add_chips(&readers, count);
     let always = pins.add_cpu(&readers, objective, count);
-    let constant = if objective == Objective::Pins { always } else { 0 };
+    let constant = match objective {
+        Objective::Pins => always,
+        Objective::Latency => pins.add_latency(&readers),
+        Objective::Cycles | Objective::Cells => 0,
+    };
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
         let cells = match count {
             Count::Estimate => cells(net, items),
@@ -216,12 +227,12 @@ pub fn problem(
             if elsewhere || spec.is_chip && groups.cpu_only.contains_key(&at) {
                 return None;
             }
-            let cost = match objective {
-                Objective::Pins if at == 0 => constant,
-                Objective::Cycles if !spec.is_chip => cycles,
+            let own = match objective {
+                Objective::Cycles | Objective::Latency if !spec.is_chip => cycles,
                 Objective::Cells if spec.is_chip => cells,
-                Objective::Cycles | Objective::Cells | Objective::Pins => 0,
+                Objective::Cycles | Objective::Latency | Objective::Cells | Objective::Pins => 0,
             };
+            let cost = own + if at == 0 { constant } else { 0 };
             let uses = match (spec.is_chip, count) {
                 (true, _) => vec![cells.unsigned_abs(), 0, 0],
                 (false, Count::Estimate) => [&[0][..], &memory(net, items)].concat(),
@@ -370,6 +381,8 @@ fn wires(net: &Net, groups: &Groups, objective: Objective, count: Count) -> Vec<
         Objective::Pins => 1,
         // Most wires from a chip need a macrocell.
         Objective::Cells => u64::from(count == Count::Estimate),
+        // Only the wires of the CPU take time; those between chips do not.
+        Objective::Latency => 0,
     };
     let all = known(net, groups).into_iter();
     all.map(|Known { driver, readers, .. }| Wire { driver, readers, cost }).collect()
@@ -470,8 +483,7 @@ impl Pins<'_> {
             match candidates.get(&input) {
                 _ if is_free => self.presences.push(presence(own, &cpus, bits, 0)),
                 Some(class) => {
-                    let all = class.iter().filter_map(|one| readers.get(one)).flatten().copied();
-                    let all: Vec<usize> = all.gather::<BTreeSet<usize>>().into_iter().collect();
+                    let all = readers_of(readers, class);
                     self.presences.push(presence(&all, &cpus, 2 * bits, 0));
                     self.presences.push(presence(&all, &chips, bits, 0));
                     always -= i64::from(declared.ty.bits());
@@ -492,30 +504,89 @@ impl Pins<'_> {
         always
     }
 
+    /// What the link costs in cycles: an act for each input that the part on the CPU reads, for each bit that it passes on, and for each wire that it reads or drives.
+    /// Returns what every placement costs in addition; negative if groups count some twice.
+    fn add_latency(&mut self, readers: &BTreeMap<InputId, Vec<usize>>) -> i64 {
+        let (net, groups) = (self.net, self.groups);
+        let (chips, cpus) = (self.those(true), self.those(false));
+        let Some(&cpu) = cpus.first() else { return 0 };
+        let is_free = groups.running == Running::Free;
+        let act = self.parts[cpu].act_cycles;
+        let mut always = 0;
+        let mut on = |nodes: &[usize], on: &[PartIndex], acts: u32| {
+            let (nodes, on, cost) = (nodes.to_vec(), on.to_vec(), u64::from(acts * act));
+            self.presences.push(Presence { nodes, on, cost, pins: 0, at: cpu });
+        };
+        // If one of them is on the CPU and one on a chip: that is one of both, if it counts once less in any case.
+        let mut on_both =
+            |nodes: &[usize], acts: u32, on: &mut dyn FnMut(&[usize], &[PartIndex], u32)| {
+                on(nodes, &cpus, acts);
+                on(nodes, &chips, acts);
+                always -= i64::from(acts * act);
+            };
+        let candidates = candidates(net);
+        for (input, own) in readers {
+            on(own, &cpus, 1);
+            let bits = net.inputs[*input].ty.bits();
+            match candidates.get(input) {
+                _ if is_free => {}
+                Some(class) => on_both(&readers_of(readers, class), bits, &mut on),
+                None => on(own, &chips, bits),
+            }
+        }
+        for Known { driver, mut readers, .. } in known(net, groups) {
+            readers.push(driver);
+            on_both(&readers, 1, &mut on);
+        }
+        if !is_free {
+            // The clock and the wait after it.
+            on(&stored(net, groups), &chips, 2);
+            on(&timed(net, groups), &chips, 1);
+        }
+        always
+    }
+
     /// The pins of the CPU for the signals that every link in lockstep has.
     fn add_link(&mut self, cpu: PartIndex, chips: &[PartIndex], count: Count) {
         let (net, groups) = (self.net, self.groups);
-        let all = || groups.groups.iter().enumerate();
-        let with = |is_it: &dyn Fn(&Item) -> bool| -> Vec<usize> {
-            all().filter(|(_, items)| items.iter().any(is_it)).map(|(group, _)| group).collect()
-        };
         if rounds_of(net).is_some() {
             // Each chip tells the CPU whether it moves.
-            let moving = with(&|item| matches!(item, Item::Transition(_)));
+            let moving = with(groups, |item| matches!(item, Item::Transition(_)));
             let tells =
                 |chip: &PartIndex| Presence { at: cpu, ..Presence::pins(moving.clone(), *chip, 1) };
             self.presences.extend(chips.iter().map(tells));
         }
-        if count == Count::Least || net.settings.policy.is_statechart() {
+        if count == Count::Least {
             return;
         }
-        let stored = with(&|item| matches!(item, Item::Step(_) | Item::Var(_) | Item::Action(_)));
-        let timed = with(&|item| timer_bits(net, item) > 0);
         let clocks = 1 + u64::from(self.parts[cpu].has_reset);
-        for (nodes, pins) in [(stored, clocks), (timed, 1)] {
+        for (nodes, pins) in [(stored(net, groups), clocks), (timed(net, groups), 1)] {
             self.presences.push(Presence { nodes, on: chips.to_vec(), cost: 0, pins, at: cpu });
         }
     }
+}
+
+/// The groups that read one of these inputs.
+fn readers_of(readers: &BTreeMap<InputId, Vec<usize>>, inputs: &BTreeSet<InputId>) -> Vec<usize> {
+    let all = inputs.iter().filter_map(|one| readers.get(one)).flatten().copied();
+    all.gather::<BTreeSet<usize>>().into_iter().collect()
+}
+
+/// The groups with such an object.
+fn with(groups: &Groups, is_it: impl Fn(&Item) -> bool) -> Vec<usize> {
+    let all = groups.groups.iter().enumerate();
+    all.filter(|(_, items)| items.iter().any(&is_it)).map(|(group, _)| group).collect()
+}
+
+/// The groups for which a chip needs a clock. The chips of a statechart store nothing.
+fn stored(net: &Net, groups: &Groups) -> Vec<usize> {
+    let is_stored = |item: &Item| matches!(item, Item::Step(_) | Item::Var(_) | Item::Action(_));
+    if net.settings.policy.is_statechart() { Vec::new() } else { with(groups, is_stored) }
+}
+
+/// The groups for which a chip must know whether a tick passes.
+fn timed(net: &Net, groups: &Groups) -> Vec<usize> {
+    with(groups, |item| timer_bits(net, item) > 0)
 }
 
 fn input_bits(net: &Net, input: InputId) -> u64 {

@@ -348,7 +348,7 @@ impl Search<'_> {
                     chips.iter().flat_map(|chip| &chip.built.chips).map(|it| it.cells.len());
                 cells.map(|n| n as i64).sum()
             }
-            Objective::Cycles | Objective::Pins => partition.evaluation.value,
+            Objective::Cycles | Objective::Pins | Objective::Latency => partition.evaluation.value,
         };
         let bound = i64::MIN;
         let (unfit, builds, cuts) = (0, 0, 0);
