@@ -165,8 +165,8 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
     }
 }
 
-/// The circuit with `stages` flip-flops before each input that is not declared `synchronous`, and before the tick; their power-up value is the code of
-/// their input at reset.
+/// The circuit with `stages` flip-flops before each input that is not declared `synchronous`, before the tick, and before the wire that resets it; their power-up
+/// value is the code of their input at reset.
 #[must_use]
 pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchronise::Chain>) {
     synchronise::add(logic, stages, |pin| match pin.role {
@@ -175,7 +175,7 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
             let code = ty.saturate(0).abs_diff(ty.bounds().0);
             Some(code.checked_shr(bit).unwrap_or(0) & 1 == 1)
         }
-        PinRole::Tick => Some(false),
+        PinRole::Tick | PinRole::Reset => Some(false),
         _ => None,
     })
 }

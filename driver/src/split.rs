@@ -329,9 +329,7 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
                 // A reaction of several clocks would take longer than its stated time.
                 options.busy = pipeline::BusyMode::Never;
             }
-            if request.running == Running::Lockstep && request.reset {
-                options.reset_wire = Some(unused_name(net, "reset"));
-            }
+            options.reset_wire = request.reset.then(|| unused_name(net, "reset"));
             // The link needs the pins, which the data of the report contain.
             options.report = true;
             if device.layout.is_some() {
@@ -403,7 +401,7 @@ fn unplaced(
             }
             let is_pins = lacks_pins_of_cpu(request, conflict);
             let code = if is_pins { PINS } else { codes::NO_PARTITION };
-            let reset = if is_pins && request.running == Running::Lockstep && request.reset {
+            let reset = if request.reset && saves_reset(request, conflict) {
                 ", or save the wire that resets the chips (`--no-reset`)"
             } else {
                 ""
@@ -425,6 +423,15 @@ fn unplaced(
         }
     };
     vec![one]
+}
+
+/// Whether the reset uses something that is among the constraints that contradict each other: a pin of each part, and macrocells of chips that run on their own.
+fn saves_reset(request: &Request<'_>, conflict: &Conflict) -> bool {
+    conflict.fights.iter().any(|fight| match fight.constraint {
+        Constraint::Pins { .. } => true,
+        Constraint::Capacity { resource: 0, .. } => request.running == Running::Free,
+        _ => false,
+    })
 }
 
 /// Whether the pins of the CPU are among the constraints that contradict each other.

@@ -498,9 +498,7 @@ impl Pins<'_> {
             let outputs = output_bits(net, items).unsigned_abs();
             self.presences.push(presence(&[group], &cpus, outputs, 0));
         }
-        if !is_free {
-            self.add_link(cpu, &chips, count);
-        }
+        self.add_link(cpu, &chips, count);
         always
     }
 
@@ -546,10 +544,11 @@ impl Pins<'_> {
         always
     }
 
-    /// The pins of the CPU for the signals that every link in lockstep has.
+    /// The pins for the signals that every link has.
     fn add_link(&mut self, cpu: PartIndex, chips: &[PartIndex], count: Count) {
         let (net, groups) = (self.net, self.groups);
-        if rounds_of(net).is_some() {
+        let is_free = groups.running == Running::Free;
+        if rounds_of(net).is_some() && !is_free {
             // Each chip tells the CPU whether it moves.
             let moving = with(groups, |item| matches!(item, Item::Transition(_)));
             let tells =
@@ -559,8 +558,13 @@ impl Pins<'_> {
         if count == Count::Least {
             return;
         }
-        let clocks = 1 + u64::from(self.parts[cpu].has_reset);
-        for (nodes, pins) in [(stored(net, groups), clocks), (timed(net, groups), 1)] {
+        let reset = u64::from(self.parts[cpu].has_reset);
+        let stored = stored(net, groups);
+        // On a chip that runs on its own, the reset has synchronisers, too, whose pins carry nothing else.
+        self.on_chips(&stored, reset * if is_free { 3 } else { 1 });
+        // The clock and the tick come from the CPU in lockstep.
+        let (clocks, ticks) = if is_free { (reset, 0) } else { (1 + reset, 1) };
+        for (nodes, pins) in [(stored, clocks), (timed(net, groups), ticks)] {
             self.presences.push(Presence { nodes, on: chips.to_vec(), cost: 0, pins, at: cpu });
         }
     }

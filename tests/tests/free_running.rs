@@ -3,7 +3,9 @@
 
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
+use grafsynth_backend_pld::fuse;
 use grafsynth_driver::pipeline::{self, BuildOptions, logic, synchronised};
+use grafsynth_driver::report::chip::Kind;
 use grafsynth_driver::split::{
     Item, Objective, PartDevice, Request, RequestedPart, link as wired, split,
 };
@@ -17,7 +19,7 @@ use grafsynth_sim::{InputRow, Random, Simulator, measures_time, seen};
 use grafsynth_split::cpu::HOST;
 use grafsynth_split::link::{
     Act, ChipPins, ChipSignal, CpuNames, Link, Object, Request as LinkRequest, SYNCHRONISERS,
-    Timing, check, link,
+    Start, Timing, check, link,
 };
 use grafsynth_split::{divide, together};
 use grafsynth_tests::{chart, rounds};
@@ -548,8 +550,8 @@ fn with_all_outputs(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// The chip of a part that runs on its own: one pin after the other.
-fn chip(division: &Division, part: usize) -> ChipPins {
+/// The chip of a part that runs on its own: one pin after the other, the last one for a reset.
+fn chip(division: &Division, part: usize, has_reset: bool) -> ChipPins {
     let of_part = &division.parts[part];
     let mut chip = ChipPins { device: "test".to_owned(), clock: Some(1), ..ChipPins::default() };
     let inputs = of_part.net.inputs.iter().map(|(id, it)| (Object::Input(id), &it.name));
@@ -560,6 +562,11 @@ fn chip(division: &Division, part: usize) -> ChipPins {
             Object::Input(_) => _ = chip.synchronisers.insert(pin, SYNCHRONISERS),
             Object::Output(_) => _ = chip.registered.insert(pin),
         }
+    }
+    if has_reset {
+        let pin = 2 + chip.signals.len() as u32;
+        chip.reset = Some(pin);
+        chip.synchronisers.insert(pin, SYNCHRONISERS);
     }
     chip
 }
@@ -637,6 +644,14 @@ fn spoiled(good: &Link, chips: &[ChipPins]) -> Vec<(String, Link, Vec<ChipPins>)
             }
         }
     }
+    for (at, (connection, _)) in good.start.iter().enumerate() {
+        let mut link = good.clone();
+        link.start.remove(at);
+        add(format!("connection {connection} not released"), link);
+        let mut link = good.clone();
+        link.start[at].1 = Start::Level(true);
+        add(format!("connection {connection} stays high"), link);
+    }
     for at in 0..good.oscillator.len() {
         let mut link = good.clone();
         link.oscillator.remove(at);
@@ -671,7 +686,8 @@ fn links_have_all_lines_and_spoiled_ones_do_not() {
         let (text, n_parts) = random_text(&mut Random::new(seed));
         let net = chart("c.graf", &text);
         let division = random_division(&net, n_parts);
-        let chips: Vec<ChipPins> = (0..n_parts - 1).map(|part| chip(&division, part)).collect();
+        let of_part = |part| chip(&division, part, seed % 2 == 0);
+        let chips: Vec<ChipPins> = (0..n_parts - 1).map(of_part).collect();
         let request = LinkRequest {
             net: &net,
             division: &division,
@@ -729,7 +745,8 @@ fn a_microsecond_needs_a_chip_with_a_clock_of_its_own() {
             parts: &parts,
             places: &[],
             running,
-            reset: true,
+            // The chip has no macrocells left for it.
+            reset: false,
             objective: Objective::Pins,
             fits: 4,
             stem: &stem,
@@ -749,4 +766,74 @@ fn a_microsecond_needs_a_chip_with_a_clock_of_its_own() {
     assert!(refused[0].message.contains("in lockstep up to"), "{refused:?}");
     // Without the deadline, everything is on the CPU: that needs the fewest pins.
     assert_eq!(made(&CUT_OUT.replace(" DEADLINE", ""), Running::Free), (1, Ok(())));
+}
+
+/// A chart whose chip stays in the step `driving` while its inputs are 0.
+const DRIVE: &str = "chart drive {
+    input go, over
+    output M, B
+    initial step off
+    step driving { M }
+    t1: off -> driving when run.active and not over deadline 1 us
+    t2: driving -> off when over
+    initial step idle
+    step run { B }
+    t5: idle -> run when go and off.active
+    t6: run -> idle when not go and driving.active
+}";
+
+/// The fuses of a chip after random clocks with random pins: three clocks with a high reset and two more bring all flip-flops back to their values at power-up.
+#[test]
+fn a_reset_passes_through_synchronisers_and_sets_all_flip_flops() {
+    let part = |name: &str, device: &str| RequestedPart {
+        name: name.to_owned(),
+        device: PartDevice::named(device).expect("the device is known"),
+    };
+    let parts = [part("chip", "gal22v10"), part("cpu", "atmega328p")];
+    let (stem, options) = (FileStem::of_name("drive"), BuildOptions::default());
+    let net = chart("drive.graf", DRIVE);
+    let request = Request {
+        parts: &parts,
+        places: &[],
+        running: Running::Free,
+        reset: true,
+        objective: Objective::Pins,
+        fits: 4,
+        stem: &stem,
+        options: &options,
+        compile: None,
+        told: |_| (),
+    };
+    let split = split(&net, &request).expect("it fits");
+    let chip = &split.parts[0].built.chips[0];
+    let pin_of = |is_it: &dyn Fn(&Kind) -> bool| {
+        chip.signals.iter().find(|one| is_it(&one.kind)).and_then(|one| one.pin)
+    };
+    let is_reset = |kind: &Kind| match kind {
+        Kind::Input(id) => chip.circuit.inputs[*id].role == PinRole::Reset,
+        _ => false,
+    };
+    let reset = pin_of(&is_reset).expect("it has a reset");
+    let clock = pin_of(&|kind| *kind == Kind::Clock).expect("it has a clock");
+    let map = chip.fuses.as_ref().expect("a GAL has fuses");
+    let mut sim = fuse::sim::Chip::new(map).expect("it settles");
+    let first = sim.state(0);
+    let others: Vec<u32> = chip.signals.iter().filter_map(|one| one.pin).collect();
+    let others = || others.iter().filter(|pin| ![clock, reset].contains(*pin));
+    let mut random = Random::new(7);
+    let mut clocked = |level: u64, clocks: usize, is_random: bool| {
+        for _ in 0..clocks {
+            let other = |pin: &u32| (*pin, if is_random { random.bits() } else { 0 });
+            let levels: Vec<(u32, u64)> = others().map(other).chain([(reset, level)]).collect();
+            sim.put(&levels).expect("it settles");
+            sim.pulse(clock).expect("it settles");
+        }
+        (0..64).filter(|run| sim.state(*run) != first).count()
+    };
+    assert!(clocked(0, 40, true) > 32, "the chip moves");
+    // Without the reset, the chip does not come back by itself.
+    assert!(clocked(0, 8, false) > 0);
+    clocked(0, 40, true);
+    clocked(u64::MAX, 3, false);
+    assert_eq!(clocked(0, 2, false), 0);
 }

@@ -43,8 +43,9 @@ pub(crate) fn encode(context: &BuildContext<'_>) -> Result<Encoded, Vec<Diagnost
     let coded =
         coding::code_timed(cache, net, facts, timed, (choice, safe), medium.dialect(), &wishes);
     let logic = coded.emitted();
-    let (circuit, chains) = synchronised(net, logic.clone(), options.synchronise);
-    let circuit = EncodedLogic::with_reset(circuit, &wishes);
+    // The synchronisers come last, so the reset passes through some of them, too, and does not touch the others.
+    let circuit = EncodedLogic::with_reset(logic.clone(), &wishes);
+    let (circuit, chains) = synchronised(net, circuit, options.synchronise);
     let delayed = |stimulus| delayed_vectors(net, &logic, &circuit, &chains, stimulus);
     let vectors = options.stimulus.as_ref().map(delayed).transpose()?;
     let options = EmitOptions { reset: options.reset.clone(), vectors, ..wishes };

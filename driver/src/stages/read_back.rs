@@ -29,16 +29,16 @@ pub(crate) enum Content {
 pub(crate) fn read_back(encoded: &Encoded, written: Written) -> Result<ReadBack, Vec<Diagnostic>> {
     let (content, circuit) = match written {
         Written::Text(emitted) => {
-            let circuit = reset::strip(circuit::read_back(&emitted)?)?;
+            let circuit = circuit::read_back(&emitted)?;
             (Content::Text(emitted), circuit)
         }
         Written::Fuses(text) => {
             let burned = jedec::read_back(text)?;
-            let circuit = reset::strip(burned.logic.clone())?;
+            let circuit = burned.logic.clone();
             (Content::Fuses(Box::new(burned)), circuit)
         }
     };
-    let mut circuit = synchronise::strip(circuit, &encoded.chains)?;
+    let mut circuit = reset::strip(synchronise::strip(circuit, &encoded.chains)?)?;
     observe(&encoded.coded.logic, &mut circuit);
     Ok(ReadBack { content, circuit })
 }

@@ -182,7 +182,11 @@ impl<'l> Text<'l> {
                 self.struct_of_inputs()
             );
         }
+        let has_reset = self.link.connections.iter().any(|one| one.carries == Carries::Reset);
         text += match is_free {
+            true if has_reset => {
+                "/* Sets the directions of the pins, holds the chips in their initial states, and resets the part on the CPU. Call it again to start again. */\n"
+            }
             true => {
                 "/* Sets the directions of the pins, waits until the chips are in their initial states, and resets the part on the CPU. The chips must have been\n \
                  * powered off since the CPU ran last: a reset of the CPU alone does not reset them. */\n"

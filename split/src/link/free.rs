@@ -4,6 +4,7 @@
 //! plant ──► chip, CPU          each part reads the inputs that it needs from pins of its own
 //! chip  ──► CPU, other chips   wires, each driven by a flip-flop
 //! CPU   ──► chips              wires, each with a resistor for the level of row 0 while the CPU is in reset
+//! CPU   ──► chips              reset, with a resistor that holds the chips in their first states until the CPU has started
 //! oscillator ──► chips
 //! ```
 //!
@@ -18,6 +19,7 @@ use grafsynth_ir::net::{InputId, Net};
 use super::breach::{Breach, Pins, Value, Why, expectations, label};
 use super::{
     Act, Carries, ChipPins, Connection, ConnectionIndex, End, Link, Put, Request, SYNCHRONISERS,
+    Start,
 };
 
 /// One reaction of the CPU.
@@ -85,7 +87,10 @@ fn lines(link: &Link, net: &Net, division: &Division, chips: &[ChipPins]) -> Res
         drivers.insert(one.from).then_some(()).ok_or(Why::PinTwice(one.from))?;
         let value = label(one.carries);
         if one.from.part == cpu {
-            from_cpu(net, division, (at, one))?;
+            match one.carries {
+                Carries::Reset => starts_chips(link, at)?,
+                _ => from_cpu(net, division, (at, one))?,
+            }
         } else {
             match shown.get(&one.from) {
                 Some(is) if *is == value => {}
@@ -143,6 +148,13 @@ fn from_cpu(
     }
     let level = net.steps[step].is_initial;
     (one.pull == Some(level)).then_some(()).ok_or(Why::Pull(at))
+}
+
+/// The reset: high while the CPU is in reset, and low after its initialisation, which waits for the chips before.
+fn starts_chips(link: &Link, at: ConnectionIndex) -> Result<(), Why> {
+    let starts = link.start.iter().filter(|(one, _)| *one == at).map(|(_, start)| *start);
+    let is_released = starts.collect::<Vec<_>>() == [Start::Level(false)];
+    (link.connections[at].pull == Some(true) && is_released).then_some(()).ok_or(Why::Pull(at))
 }
 
 /// What has happened in a reaction of the CPU.
@@ -243,7 +255,8 @@ impl Reaction<'_> {
         let cpu = self.cpu();
         let mut own = self.link.connections.iter().enumerate();
         let is_put = |at| self.done.contains(&Once::Put(at));
-        let all_put = own.all(|(at, one)| one.from.part != cpu || is_put(at));
+        let is_needed = |one: &Connection| one.from.part == cpu && one.carries != Carries::Reset;
+        let all_put = own.all(|(at, one)| !is_needed(one) || is_put(at));
         let has_reacted = [Once::Latch, Once::React].iter().all(|one| self.done.contains(one));
         (has_reacted && all_put).then_some(()).ok_or(Why::Missing)
     }

@@ -49,7 +49,7 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
     };
     let starts = |(at, one): (ConnectionIndex, &Connection)| {
         let level = one.pull?;
-        if running == Running::Free {
+        if running == Running::Free && one.carries != Carries::Reset {
             // Its resistor gives it the level of row 0.
             return None;
         }
@@ -123,10 +123,10 @@ impl Maker<'_> {
             Running::Lockstep => {
                 self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
                 self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
-                self.driven("reset", Carries::Reset, ends(&|chip| chip.reset), &mut namer);
             }
             Running::Free => self.oscillator = ends(&|chip| chip.clock),
         }
+        self.driven("reset", Carries::Reset, ends(&|chip| chip.reset), &mut namer);
         self.connect_inputs(&mut namer);
         self.connect_wires(&mut namer);
         self.connect_moves(&mut namer);

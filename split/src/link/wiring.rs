@@ -92,8 +92,15 @@ fn on_their_own(link: &Link) -> String {
     if link.connections.iter().any(|one| one.pull.is_some()) {
         text += "The resistors give the wires from the CPU their first levels while the CPU is in reset.\n";
     }
-    text += "The parts start in their initial states at power-up. A reset of the CPU alone does not reset the chips: turn the power of all parts off and on together.\n\
-             All inputs must be 0 until all parts have started. Later, one input at a time may change (docs/split.md, Free-running chips).\n";
+    text += match link.connections.iter().any(|one| one.carries == Carries::Reset) {
+        true => {
+            "The wire `reset` holds the chips in their initial states until the initialisation of the link has ended, so the CPU alone can be reset, if all inputs are 0 then.\n"
+        }
+        false => {
+            "The parts start in their initial states at power-up. A reset of the CPU alone does not reset the chips: turn the power of all parts off and on together.\n"
+        }
+    };
+    text += "All inputs must be 0 until all parts have started. Later, one input at a time may change (docs/split.md, Free-running chips).\n";
     text
 }
 
