@@ -455,7 +455,7 @@ pub(crate) struct Split {
     /// its own, which must be proved to change nothing.
     #[arg(long, value_name = "HOW", value_parser = LINKS)]
     pub(crate) link: Option<Running>,
-    /// In lockstep: no wire from the CPU resets the chips, which saves a pin of each. The power of all parts must then be turned off and on together.
+    /// No wire from the CPU resets the chips, which saves a pin of each, and two macrocells with `--link free-running`. The power of all parts must then be turned off and on together.
     #[arg(long)]
     pub(crate) no_reset: bool,
     /// Folder for the outputs. Their names begin with STEM, the name of the input file without its extension. With `--explore`: the file of the drawing (`.svg`).

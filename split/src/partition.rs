@@ -208,12 +208,12 @@ pub fn problem(
         }
     }
     let readers = readers_of_inputs(net, groups);
-    let mut pins = Pins { net, groups, parts, presences: Vec::new() };
-    pins.add_chips(&readers, count);
-    let always = pins.add_cpu(&readers, objective, count);
+    let mut needs = Needs { net, groups, parts, presences: Vec::new() };
+    needs.add_chips(&readers, count);
+    let always = needs.add_cpu(&readers, objective, count);
     let constant = match objective {
         Objective::Pins => always,
-        Objective::Latency => pins.add_latency(&readers),
+        Objective::Latency => needs.add_latency(&readers),
         Objective::Cycles | Objective::Cells => 0,
     };
     let nodes = groups.groups.iter().enumerate().map(|(at, items)| {
@@ -252,7 +252,7 @@ pub fn problem(
         parts: parts.iter().map(capacity).collect(),
         nodes: nodes.collect(),
         wires: wires(net, groups, objective, count),
-        presences: pins.presences,
+        presences: needs.presences,
         together: Vec::new(),
         forbidden: excluded.to_vec(),
     })
@@ -400,15 +400,15 @@ fn readers_of_inputs(net: &Net, groups: &Groups) -> BTreeMap<InputId, Vec<usize>
     readers
 }
 
-/// What needs pins, while it is collected.
-struct Pins<'a> {
+/// What groups need once on a part, while it is collected: pins, and cycles of the link.
+struct Needs<'a> {
     net: &'a Net,
     groups: &'a Groups,
     parts: &'a [PartSpec],
     presences: Vec<Presence>,
 }
 
-impl Pins<'_> {
+impl Needs<'_> {
     /// The parts that are chips, or those that are not.
     fn those(&self, is_chip: bool) -> Vec<PartIndex> {
         (0..self.parts.len()).filter(|part| self.parts[*part].is_chip == is_chip).collect()
@@ -502,6 +502,20 @@ impl Pins<'_> {
         always
     }
 
+    /// Cycles that the link takes if any of these groups is on one of these parts.
+    fn takes(&mut self, groups: &[usize], on: &[PartIndex], cycles: u32) {
+        let (nodes, on, cost) = (groups.to_vec(), on.to_vec(), u64::from(cycles));
+        self.presences.push(Presence { nodes, on, cost, pins: 0, at: 0 });
+    }
+
+    /// Cycles that it takes if one of these groups is on the CPU and another one on a chip: both count, and once less in any case. Returns that.
+    fn takes_on_both(&mut self, groups: &[usize], cycles: u32) -> i64 {
+        for is_chip in [false, true] {
+            self.takes(groups, &self.those(is_chip), cycles);
+        }
+        -i64::from(cycles)
+    }
+
     /// What the link costs in cycles: an act for each input that the part on the CPU reads, for each bit that it passes on, and for each wire that it reads or drives.
     /// Returns what every placement costs in addition; negative if groups count some twice.
     fn add_latency(&mut self, readers: &BTreeMap<InputId, Vec<usize>>) -> i64 {
@@ -511,35 +525,26 @@ impl Pins<'_> {
         let is_free = groups.running == Running::Free;
         let act = self.parts[cpu].act_cycles;
         let mut always = 0;
-        let mut on = |nodes: &[usize], on: &[PartIndex], acts: u32| {
-            let (nodes, on, cost) = (nodes.to_vec(), on.to_vec(), u64::from(acts * act));
-            self.presences.push(Presence { nodes, on, cost, pins: 0, at: cpu });
-        };
-        // If one of them is on the CPU and one on a chip: that is one of both, if it counts once less in any case.
-        let mut on_both =
-            |nodes: &[usize], acts: u32, on: &mut dyn FnMut(&[usize], &[PartIndex], u32)| {
-                on(nodes, &cpus, acts);
-                on(nodes, &chips, acts);
-                always -= i64::from(acts * act);
-            };
         let candidates = candidates(net);
         for (input, own) in readers {
-            on(own, &cpus, 1);
-            let bits = net.inputs[*input].ty.bits();
+            self.takes(own, &cpus, act);
+            let cycles = net.inputs[*input].ty.bits() * act;
             match candidates.get(input) {
                 _ if is_free => {}
-                Some(class) => on_both(&readers_of(readers, class), bits, &mut on),
-                None => on(own, &chips, bits),
+                Some(class) => {
+                    always += self.takes_on_both(&readers_of(readers, class), cycles);
+                }
+                None => self.takes(own, &chips, cycles),
             }
         }
         for Known { driver, mut readers, .. } in known(net, groups) {
             readers.push(driver);
-            on_both(&readers, 1, &mut on);
+            always += self.takes_on_both(&readers, act);
         }
         if !is_free {
             // The clock and the wait after it.
-            on(&stored(net, groups), &chips, 2);
-            on(&timed(net, groups), &chips, 1);
+            self.takes(&stored(net, groups), &chips, 2 * act);
+            self.takes(&timed(net, groups), &chips, act);
         }
         always
     }
