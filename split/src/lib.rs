@@ -16,7 +16,7 @@
 //! // Two steps with a wire between them. The chip has one macrocell; the CPU has no limit.
 //! let step = |cycles| Node { choices: vec![Some(Choice { cost: 0, uses: vec![1] }), Some(Choice { cost: cycles, uses: vec![0] })] };
 //! let problem = Problem {
-//!     parts: vec![Part { capacities: vec![Some(1)], pins: Some(8) }, Part { capacities: vec![None], pins: None }],
+//!     parts: vec![Part { capacities: vec![Some(1)], pins: Some(8), always: 0 }, Part { capacities: vec![None], pins: None, always: 0 }],
 //!     nodes: vec![step(30), step(50)],
 //!     wires: vec![Wire { driver: 0, readers: vec![1], cost: 4 }],
 //!     ..Problem::default()

@@ -4,9 +4,10 @@ use super::emit::Written;
 use super::encode::Encoded;
 use crate::circuit;
 use crate::jedec::{self, Burned};
+use grafsynth_backend_pld::synchronise::Chain;
 use grafsynth_backend_pld::{Emitted, reset, synchronise};
 use grafsynth_ir::Diagnostic;
-use grafsynth_ir::logic::Logic;
+use grafsynth_ir::logic::{Logic, PinRole};
 use grafsynth_logic::state_assignment::observe;
 
 /// The written output, and the circuit in it.
@@ -38,7 +39,13 @@ pub(crate) fn read_back(encoded: &Encoded, written: Written) -> Result<ReadBack,
             (Content::Fuses(Box::new(burned)), circuit)
         }
     };
-    let mut circuit = reset::strip(synchronise::strip(circuit, &encoded.chains)?)?;
+    let strip_chains = |circuit| synchronise::strip(circuit, &encoded.chains);
+    // A reset of the language is not in the circuit that was written, so it goes first; one that passes through a chain goes last.
+    let is_reset = |chain: &Chain| encoded.circuit.inputs[chain.input].role == PinRole::Reset;
+    let mut circuit = match encoded.chains.iter().any(is_reset) {
+        true => reset::strip(strip_chains(circuit)?)?,
+        false => strip_chains(reset::strip(circuit)?)?,
+    };
     observe(&encoded.coded.logic, &mut circuit);
     Ok(ReadBack { content, circuit })
 }
