@@ -8,8 +8,8 @@
 use crate::blocks::Columns;
 use crate::channels::{Placed, Tried, place};
 use crate::order::{Graph, Order};
+use crate::trials::Trials;
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 
 /// Half the distance between nodes side by side.
@@ -54,32 +54,35 @@ pub(crate) fn improved(
     work: usize,
 ) -> (Tried, Vec<usize>) {
     let pieces = Pieces::of(graph, order);
-    let tried =
-        |places: &[usize]| Tried::new(place(graph, order, &pieces.columns(&pieces.axes(places))));
+    let numbers: Vec<i64> = (0..).take(pieces.all.len()).collect();
+    let trials = Trials::new(graph, order, &pieces.columns(&numbers));
     let mut places = pieces.order(start);
-    let mut best = tried(&places);
+    let axes = pieces.axes(&places);
+    let extent = pieces.extent(&axes);
+    let mut best = trials.measure(axes, extent);
     let mut left = work / pieces.all.len().max(1);
-    loop {
+    'search: loop {
         let before = best.cost.0;
-        for piece in pieces.crossing(&best.placed, &pieces.axes(&places)) {
+        for piece in pieces.crossing(&trials.crossings(&best.x)) {
             let (rest, targets) = pieces.targets(piece, &places);
             for target in targets {
                 if left == 0 || best.cost.0 == 0 {
-                    return (best, places);
+                    break 'search;
                 }
                 left -= 1;
                 let mut other = rest.clone();
                 other.insert(target, piece);
-                let found = tried(&other);
-                if found.cost < best.cost {
+                let axes = pieces.axes(&other);
+                if let Some(found) = trials.better(&best, &axes, pieces.extent(&axes)) {
                     (best, places) = (found, other);
                 }
             }
         }
         if best.cost.0 == before {
-            return (best, places);
+            break;
         }
     }
+    (Tried::new(place(graph, order, &pieces.columns(&best.x))), places)
 }
 
 /// The layout with an order of the pieces.
@@ -174,19 +177,10 @@ impl Pieces {
         order
     }
 
-    /// The pieces in the columns of links that cross, and of the ends of these links; those with most crossings come first.
-    fn crossing(&self, placed: &Placed, axes: &[i64]) -> Vec<usize> {
-        let mut columns: BTreeMap<i64, usize> = BTreeMap::new();
-        let flat = |y: i64| placed.lines.iter().filter(move |line| line[1] == y && line[3] == y);
-        for (x, y) in &placed.crossings {
-            let crossed = flat(*y).filter(|line| line[0] < *x && *x < line[2]);
-            for column in crossed.flat_map(|line| [line[0], line[2]]).chain([*x]) {
-                *columns.entry(column).or_default() += 1;
-            }
-        }
-        let count = |piece: &usize| columns.get(&axes[*piece]).copied().unwrap_or(0);
-        let mut all: Vec<usize> = (0..axes.len()).filter(|piece| count(piece) > 0).collect();
-        all.sort_by_key(|piece| (Reverse(count(piece)), *piece));
+    /// The pieces with crossings; those with most crossings come first.
+    fn crossing(&self, counts: &[usize]) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..counts.len()).filter(|piece| counts[*piece] > 0).collect();
+        all.sort_by_key(|piece| (Reverse(counts[*piece]), *piece));
         all
     }
 
@@ -258,14 +252,18 @@ impl Pieces {
             let pieces = self.links.iter().map(|own| own[which]);
             pieces.map(|piece| piece.map(|piece| x[piece])).collect()
         };
-        let ends = self.all.iter().zip(x);
-        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
         Columns {
             x: self.nodes.iter().map(|piece| x[*piece]).collect(),
             down: of(0),
             entry: of(1),
             up: of(2),
-            extent: (0, ends.max().unwrap_or(0)),
+            extent: self.extent(x),
         }
+    }
+    /// The left and right end of all pieces; the first is 0.
+    fn extent(&self, x: &[i64]) -> (i64, i64) {
+        let ends = self.all.iter().zip(x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
+        (0, ends.max().unwrap_or(0))
     }
 }
