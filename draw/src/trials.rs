@@ -185,6 +185,25 @@ fn crossing<'a>(
 
 impl Channel {
     fn measure(&self, x: &[i64]) -> Measure {
+        let column = |piece: &i64| usize::try_from(*piece).map_or(0, |piece| x[piece]);
+        if self.lines.is_empty() {
+            return Measure::default();
+        }
+        if let [line] = self.lines.as_slice()
+            && !line.is_double
+        {
+            let ends = || line.above.iter().chain(&line.below).map(column);
+            let (left, right) = (ends().min().unwrap_or(0), ends().max().unwrap_or(0));
+            if left == right {
+                return Measure::default();
+            }
+            let first = self.pieces.first().map_or(0, |piece| x[*piece]);
+            let is_crossing = |it: &&Upright| {
+                it.top.is_none() && it.bottom.is_none() && left < x[it.piece] && x[it.piece] < right
+            };
+            let n_crossings = self.uprights.iter().filter(is_crossing).count();
+            return Measure { n_crossings, n_tracks: 1, left: left - first, right: right - first };
+        }
         let (lines, uprights) = self.routed(x);
         let first = self.pieces.first().map_or(0, |piece| x[*piece]);
         let more = |line: &Horizontal| if line.is_double { OVERHANG } else { 0 };
