@@ -96,9 +96,9 @@ fn of_item(item: &Item) -> String {
 /// Values are isolated, so that a name that is written from right to left does not move its neighbours.
 fn of_rich(rich: &Rich) -> String {
     let run = |run: &Inline| match run {
-        Inline::Words(text) => escape(text),
+        Inline::Words(text) => escape(&joined_units(text)),
         Inline::Text(text) if text.is_empty() => String::new(),
-        Inline::Text(text) => format!("<bdi>{}</bdi>", escape(text)),
+        Inline::Text(text) => format!("<bdi>{}</bdi>", escape(&joined_units(text))),
         Inline::Message(text) => of_message(text),
         Inline::Code(text) => format!("<code><bdi>{}</bdi></code>", escape(text)),
         Inline::Strong(text) => format!("<strong><bdi>{}</bdi></strong>", escape(text)),
@@ -112,6 +112,30 @@ fn of_rich(rich: &Rich) -> String {
         }
     };
     rich.0.iter().map(run).collect()
+}
+
+/// The units of the report.
+const UNITS: [&str; 17] = [
+    "B", "KB", "kB", "MB", "ns", "us", "µs", "ms", "s", "Hz", "kHz", "MHz", "V", "mA", "pF", "cm",
+    "%",
+];
+
+/// The text with no line break between a number and its unit.
+fn joined_units(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for word in text.split_inclusive(' ') {
+        let unit = word.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '%');
+        // The word before is a number, perhaps after a sign or a bracket.
+        let before = out.strip_suffix(' ');
+        if UNITS.contains(&unit)
+            && before.is_some_and(|it| it.ends_with(|c: char| c.is_ascii_digit()))
+        {
+            out.pop();
+            out.push('\u{a0}');
+        }
+        out += word;
+    }
+    out
 }
 
 /// A message: what it quotes (`` `a` ``) is code, unless a quote has no end.
@@ -253,6 +277,12 @@ mod tests {
             "<bdi>step <code><bdi>a&lt;b</bdi></code> waits</bdi>"
         );
         assert_eq!(super::of_message("no `end"), "<bdi>no `end</bdi>");
+    }
+
+    #[test]
+    fn a_number_is_not_separated_from_its_unit() {
+        let joined = super::joined_units("12 B (100 ms), then 5 steps s 3 B");
+        assert_eq!(joined, "12\u{a0}B (100\u{a0}ms), then 5 steps s 3\u{a0}B");
     }
 
     /// The texts of a page without its tags.

@@ -8,6 +8,7 @@ use crate::order::{Graph, Order};
 use grafsynth_ir::Gather;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::RangeInclusive;
 
 /// The distance between tracks.
 const TRACK: i64 = 14;
@@ -18,7 +19,7 @@ const ARROWS: i64 = 600;
 /// Vertical lines that are nearer than this do not share a height.
 const NEAR: i64 = 8;
 /// How far a double line extends beyond its links.
-const OVERHANG: i64 = 9;
+pub(crate) const OVERHANG: i64 = 9;
 /// Half the distance between the lines of a double line.
 pub(crate) const HALF: i64 = 2;
 
@@ -64,20 +65,20 @@ impl Tried {
 
 /// A horizontal line.
 #[derive(Debug, Clone, Default)]
-struct Horizontal {
-    left: i64,
-    right: i64,
-    is_double: bool,
+pub(crate) struct Horizontal {
+    pub(crate) left: i64,
+    pub(crate) right: i64,
+    pub(crate) is_double: bool,
     /// The columns of the lines from above, and of the lines that go down.
-    above: Vec<i64>,
-    below: Vec<i64>,
-    track: usize,
+    pub(crate) above: Vec<i64>,
+    pub(crate) below: Vec<i64>,
+    pub(crate) track: usize,
     /// The line that a detour leads to.
     feeds: Option<usize>,
 }
 
 impl Horizontal {
-    fn new(above: Vec<i64>, below: Vec<i64>, is_double: bool) -> Self {
+    pub(crate) fn new(above: Vec<i64>, below: Vec<i64>, is_double: bool) -> Self {
         let all = || above.iter().chain(&below).copied();
         let (left, right) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
         Horizontal { left, right, is_double, above, below, track: 0, feeds: None }
@@ -91,11 +92,15 @@ impl Horizontal {
         }
     }
 
+    /// As how many crossings one with this line counts.
+    pub(crate) fn weight(&self) -> usize {
+        if self.is_double { 2 } else { 1 }
+    }
+
     /// The number of crossings of this line with one above it, or of their ends; a double line counts twice.
     fn crossings_below(&self, upper: &Horizontal) -> usize {
         let inside = |line: &Horizontal, ends: &[i64]| {
-            let n = ends.iter().filter(|x| line.left < **x && **x < line.right).count();
-            if line.is_double { 2 * n } else { n }
+            line.weight() * ends.iter().filter(|x| line.left < **x && **x < line.right).count()
         };
         inside(self, &upper.below) + inside(upper, &self.above)
     }
@@ -113,11 +118,11 @@ impl Horizontal {
 type Preference = (u8, i64);
 
 /// A horizontal line by its channel and its number there.
-type Place = (usize, usize);
+pub(crate) type Place = (usize, usize);
 
 /// An end of a vertical line.
 #[derive(Debug, Clone, Copy)]
-enum End {
+pub(crate) enum End {
     /// The lower or upper end of the symbol of a node.
     Symbol(usize),
     Line(Place),
@@ -125,48 +130,58 @@ enum End {
 
 /// A vertical line from top to bottom.
 #[derive(Debug, Clone, Copy)]
-struct Vertical {
-    x: i64,
-    top: End,
-    bottom: End,
+pub(crate) struct Vertical {
+    pub(crate) x: i64,
+    pub(crate) top: End,
+    pub(crate) bottom: End,
     leads_up: bool,
+    /// True for the line between a symbol and its horizontal line.
+    pub(crate) is_stub: bool,
     /// The node whose link it is.
     owner: usize,
 }
 
 /// The routing in progress. Channel `r` is above row `r`.
-struct Routes<'a> {
+pub(crate) struct Routes<'a> {
     graph: &'a Graph,
     order: &'a Order,
     columns: &'a Columns,
-    channels: Vec<Vec<Horizontal>>,
+    pub(crate) channels: Vec<Vec<Horizontal>>,
     below: Vec<Option<Place>>,
     above: Vec<Option<Place>>,
     turns: BTreeMap<usize, Place>,
     /// The turns of links that lead up, above joins.
     entries: BTreeMap<usize, Place>,
-    verticals: Vec<Vertical>,
+    pub(crate) verticals: Vec<Vertical>,
 }
 
 /// Assigns coordinates to all nodes and lines.
 pub(crate) fn place(graph: &Graph, order: &Order, columns: &Columns) -> Placed {
-    let n = graph.nodes.len();
-    let n_rows = order.row.iter().max().map_or(0, |last| last + 1);
-    let mut routes = Routes {
-        graph,
-        order,
-        columns,
-        channels: vec![Vec::new(); n_rows + 2],
-        below: vec![None; n],
-        above: vec![None; n],
-        turns: BTreeMap::new(),
-        entries: BTreeMap::new(),
-        verticals: Vec::new(),
-    };
-    routes.add_horizontals();
-    routes.add_verticals();
+    let mut routes = Routes::new(graph, order, columns);
     routes.assign_tracks();
-    routes.coordinates(n_rows)
+    routes.coordinates()
+}
+
+impl<'a> Routes<'a> {
+    /// All lines, without tracks.
+    pub(crate) fn new(graph: &'a Graph, order: &'a Order, columns: &'a Columns) -> Self {
+        let n = graph.nodes.len();
+        let n_rows = order.row.iter().max().map_or(0, |last| last + 1);
+        let mut routes = Routes {
+            graph,
+            order,
+            columns,
+            channels: vec![Vec::new(); n_rows + 2],
+            below: vec![None; n],
+            above: vec![None; n],
+            turns: BTreeMap::new(),
+            entries: BTreeMap::new(),
+            verticals: Vec::new(),
+        };
+        routes.add_horizontals();
+        routes.add_verticals();
+        routes
+    }
 }
 
 impl Routes<'_> {
@@ -238,7 +253,8 @@ impl Routes<'_> {
             let x = self.columns.x[node];
             let mut add = |top, bottom| {
                 let owner = node;
-                self.verticals.push(Vertical { x, top, bottom, leads_up: false, owner });
+                let (leads_up, is_stub) = (false, true);
+                self.verticals.push(Vertical { x, top, bottom, leads_up, is_stub, owner });
             };
             if let Some(line) = self.below[node] {
                 add(End::Symbol(node), End::Line(line));
@@ -254,7 +270,7 @@ impl Routes<'_> {
             let start = self.start(arc);
             let owner = if self.graph.nodes[ends.from].is_transition { ends.to } else { ends.from };
             let mut add = |x, top, bottom, leads_up| {
-                self.verticals.push(Vertical { x, top, bottom, leads_up, owner });
+                self.verticals.push(Vertical { x, top, bottom, leads_up, is_stub: false, owner });
             };
             let Some(up) = self.columns.up[arc] else {
                 add(start, top, bottom, false);
@@ -286,6 +302,12 @@ impl Routes<'_> {
 
     /// The columns of all vertical lines in a channel.
     fn passing(&self, channel: usize) -> BTreeSet<i64> {
+        let inside = self.verticals.iter().filter(|line| self.reach(line).contains(&channel));
+        inside.map(|line| line.x).gather()
+    }
+
+    /// The channels in which a vertical line is.
+    pub(crate) fn reach(&self, line: &Vertical) -> RangeInclusive<usize> {
         let top = |end| match end {
             End::Symbol(node) => self.order.row[node] + 1,
             End::Line((channel, _)) => channel,
@@ -294,11 +316,7 @@ impl Routes<'_> {
             End::Symbol(node) => self.order.row[node],
             End::Line((channel, _)) => channel,
         };
-        let inside = self
-            .verticals
-            .iter()
-            .filter(|line| (top(line.top)..=bottom(line.bottom)).contains(&channel));
-        inside.map(|line| line.x).gather()
+        top(line.top)..=bottom(line.bottom)
     }
 
     /// Moves the upper end of a line from above to another column by a horizontal line at the top of the channel, which is the last one there.
@@ -308,35 +326,24 @@ impl Routes<'_> {
         };
         let Some(index) = self.verticals.iter().position(is_moved) else { return };
         let lines = &self.channels[line.0];
-        let Some(by) = lines
-            .iter()
-            .position(|one| one.feeds == Some(line.1) && one.above == [from] && one.below == [to])
-        else {
-            return;
-        };
+        let Some(by) = detour(lines, line.1, from, to) else { return };
         let by = End::Line((line.0, by));
         let bottom = std::mem::replace(&mut self.verticals[index].bottom, by);
-        let owner = self.verticals[index].owner;
-        self.verticals.push(Vertical { x: to, top: by, bottom, leads_up: false, owner });
+        let moved = Vertical { leads_up: false, is_stub: false, ..self.verticals[index] };
+        self.verticals.push(Vertical { x: to, top: by, bottom, ..moved });
     }
 
-    fn coordinates(self, n_rows: usize) -> Placed {
+    fn coordinates(self) -> Placed {
         let (graph, order) = (self.graph, self.order);
-        let mut sizes = vec![(0, 0); n_rows];
-        for (node, size) in graph.nodes.iter().enumerate() {
-            let row = &mut sizes[order.row[node]];
-            row.0 = row.0.max(size.above);
-            row.1 = row.1.max(size.body + size.below);
-        }
+        let n_rows = self.channels.len() - 2;
+        let sizes = row_heights(graph, order, n_rows);
         let mut y = 0;
         let mut channel_tops = Vec::new();
         let mut row_tops = Vec::new();
         for (channel, lines) in self.channels.iter().enumerate() {
             channel_tops.push(y);
             let n_tracks = lines.iter().map(|line| line.track + 1).max().unwrap_or(0);
-            let n_tracks = i64::try_from(n_tracks).unwrap_or(0);
-            let is_end = channel == 0 || channel >= n_rows;
-            y += if n_tracks == 0 && is_end { 0 } else { CHANNEL + n_tracks * TRACK };
+            y += channel_height(channel, n_rows, n_tracks);
             let (above, below) = sizes.get(channel).copied().unwrap_or((0, 0));
             row_tops.push(y + above);
             y += above + below;
@@ -419,6 +426,30 @@ impl Routes<'_> {
     }
 }
 
+/// The height of each row above the end of the link to its nodes, and below.
+pub(crate) fn row_heights(graph: &Graph, order: &Order, n_rows: usize) -> Vec<(i64, i64)> {
+    let mut heights = vec![(0, 0); n_rows];
+    for (node, size) in graph.nodes.iter().enumerate() {
+        let row: &mut (i64, i64) = &mut heights[order.row[node]];
+        *row = (row.0.max(size.above), row.1.max(size.body + size.below));
+    }
+    heights
+}
+
+/// The height of a channel; above the first row and below the last one it is 0 without lines.
+pub(crate) fn channel_height(channel: usize, n_rows: usize, n_tracks: usize) -> i64 {
+    let is_end = channel == 0 || channel >= n_rows;
+    let n_tracks = i64::try_from(n_tracks).unwrap_or(0);
+    if n_tracks == 0 && is_end { 0 } else { CHANNEL + n_tracks * TRACK }
+}
+
+/// The line of a detour.
+pub(crate) fn detour(lines: &[Horizontal], fed: usize, from: i64, to: i64) -> Option<usize> {
+    let is_it =
+        |one: &Horizontal| one.feeds == Some(fed) && one.above == [from] && one.below == [to];
+    lines.iter().position(is_it)
+}
+
 /// The heights of the arrows on a vertical line, each where a row begins, if possible: no horizontal line is there.
 fn arrows(top: i64, bottom: i64, row_tops: &[i64]) -> Vec<i64> {
     let n = 1 + (bottom - top) / ARROWS;
@@ -436,10 +467,14 @@ fn arrows(top: i64, bottom: i64, row_tops: &[i64]) -> Vec<i64> {
 
 /// Assigns a track to each line of a channel. Returns the lines from above that need a detour, because the order of the tracks would be cyclic:
 /// the line they lead to, their column, and the column of the new line, which is at the end of `lines`.
-fn assign(
+pub(crate) fn assign(
     lines: &mut Vec<Horizontal>,
     passing: impl Fn() -> BTreeSet<i64>,
 ) -> Vec<(usize, i64, i64)> {
+    // A single line has the first track already.
+    if lines.len() < 2 {
+        return Vec::new();
+    }
     let mut detours = Vec::new();
     let mut used = None;
     loop {

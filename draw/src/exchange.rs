@@ -12,10 +12,11 @@ use crate::channels::{Placed, Tried, place};
 use crate::layered;
 use crate::order::{Graph, Node, Order};
 
-/// The work for one graph: the sum of its nodes over all layouts that are tried.
-const WORK: usize = 6_000;
-/// The same for the search without blocks: the sum of the pieces of the graph.
-const WORK_OF_PIECES: usize = 8_000;
+/// The work for one graph: the number of layouts that are tried, times the square of the number of nodes. The blocks of a large graph without structure rarely
+/// become free of crossings, so most of its work is in the search without blocks.
+const WORK: usize = 200_000;
+/// The work of the search without blocks: the number of layouts, times that of the rows of all pieces.
+const WORK_OF_ROWS: usize = 90_000;
 /// A larger graph is laid out only once.
 const MOST_NODES: usize = 600;
 
@@ -47,7 +48,7 @@ pub(crate) fn lay_out(graph: &Graph, drawn: Vec<Node>) -> Placed {
     if best.cost.0 == 0 || n_nodes > MOST_NODES {
         return best_choice.drawn(best, drawn);
     }
-    let mut left = WORK / n_nodes.max(1);
+    let mut left = WORK / n_nodes.pow(2).max(1);
     let changes = choice.changes();
     for start in 0.. {
         let found = choice.improved(&changes, &mut left);
@@ -66,7 +67,7 @@ pub(crate) fn lay_out(graph: &Graph, drawn: Vec<Node>) -> Placed {
         let order = best_choice.order();
         let columns = blocks::columns(&best_choice.graph, &order);
         let graph = &mut best_choice.graph;
-        let (found, places) = layered::improved(graph, &order, &columns, WORK_OF_PIECES);
+        let (found, places) = layered::improved(graph, &order, &columns, WORK_OF_ROWS);
         if found.cost.0 < best.cost.0 {
             if graph.nodes == drawn {
                 return found.placed;

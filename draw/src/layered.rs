@@ -8,8 +8,8 @@
 use crate::blocks::Columns;
 use crate::channels::{Placed, Tried, place};
 use crate::order::{Graph, Order};
+use crate::trials::Trials;
 use std::cmp::Reverse;
-use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 
 /// Half the distance between nodes side by side.
@@ -43,10 +43,45 @@ struct Pieces {
     nodes: Vec<usize>,
     /// For each link its pieces: down, entry and up, as in [`Columns`].
     links: Vec<[Option<usize>; 3]>,
+    /// The number of rows of all pieces before each piece.
+    starts: Vec<usize>,
+    n_rows: usize,
 }
 
-/// A layout with few crossings, and the order of its pieces. The search begins with the order of `start`, and `work` is the sum of its pieces over all layouts that are
-/// tried.
+/// For each piece its neighbours on one side, with their least distance; the rows of all pieces share one list.
+struct Beside<'a> {
+    starts: &'a [usize],
+    counts: Vec<usize>,
+    all: Vec<(usize, i64)>,
+}
+
+impl<'a> Beside<'a> {
+    fn new(starts: &'a [usize]) -> Self {
+        let n_rows = starts.last().copied().unwrap_or(0);
+        Beside { starts, counts: vec![0; starts.len()], all: vec![(0, 0); n_rows] }
+    }
+
+    fn of(&self, piece: usize) -> &[(usize, i64)] {
+        let start = self.starts[piece];
+        &self.all[start..start + self.counts[piece]]
+    }
+
+    /// Adds a neighbour in the next row.
+    fn add(&mut self, piece: usize, neighbour: usize, by: i64) {
+        let end = self.starts[piece] + self.counts[piece];
+        if let Some(last) = self.all[self.starts[piece]..end].last_mut()
+            && last.0 == neighbour
+        {
+            last.1 = last.1.max(by);
+            return;
+        }
+        self.all[end] = (neighbour, by);
+        self.counts[piece] += 1;
+    }
+}
+
+/// A layout with few crossings, and the order of its pieces. The search begins with the order of `start`, and `work` is the sum of the rows of its pieces over all
+/// layouts that are tried.
 pub(crate) fn improved(
     graph: &Graph,
     order: &Order,
@@ -54,32 +89,36 @@ pub(crate) fn improved(
     work: usize,
 ) -> (Tried, Vec<usize>) {
     let pieces = Pieces::of(graph, order);
-    let tried =
-        |places: &[usize]| Tried::new(place(graph, order, &pieces.columns(&pieces.axes(places))));
+    let numbers: Vec<i64> = (0..).take(pieces.all.len()).collect();
+    let trials = Trials::new(graph, order, &pieces.columns(&numbers));
     let mut places = pieces.order(start);
-    let mut best = tried(&places);
-    let mut left = work / pieces.all.len().max(1);
-    loop {
+    let axes = pieces.axes(&places);
+    let extent = pieces.extent(&axes);
+    let mut best = trials.measure(axes, extent);
+    let n_rows = pieces.starts.last().copied().unwrap_or(0);
+    let mut left = work / n_rows.max(1);
+    'search: loop {
         let before = best.cost.0;
-        for piece in pieces.crossing(&best.placed, &pieces.axes(&places)) {
+        for piece in pieces.crossing(&trials.crossings(&best.x)) {
             let (rest, targets) = pieces.targets(piece, &places);
             for target in targets {
                 if left == 0 || best.cost.0 == 0 {
-                    return (best, places);
+                    break 'search;
                 }
                 left -= 1;
                 let mut other = rest.clone();
                 other.insert(target, piece);
-                let found = tried(&other);
-                if found.cost < best.cost {
+                let axes = pieces.axes(&other);
+                if let Some(found) = trials.better(&best, &axes, pieces.extent(&axes)) {
                     (best, places) = (found, other);
                 }
             }
         }
         if best.cost.0 == before {
-            return (best, places);
+            break;
         }
     }
+    (Tried::new(place(graph, order, &pieces.columns(&best.x))), places)
 }
 
 /// The layout with an order of the pieces.
@@ -106,7 +145,7 @@ impl Pieces {
     fn of(graph: &Graph, order: &Order) -> Self {
         let n_nodes = graph.nodes.len();
         let links = vec![[None; 3]; graph.arcs.len()];
-        let mut pieces = Pieces { all: Vec::new(), nodes: vec![0; n_nodes], links };
+        let mut pieces = Pieces { nodes: vec![0; n_nodes], links, ..Pieces::default() };
         for &node in &order.nodes {
             let size = &graph.nodes[node];
             let sides = (size.left + NODE, size.right + NODE);
@@ -143,6 +182,13 @@ impl Pieces {
                 pieces.all[pair[1]].linked.push(pair[0]);
             }
         }
+        pieces.starts = { [0].into_iter() }
+            .chain(pieces.all.iter().scan(0, |sum, piece| {
+                *sum += piece.sides.len();
+                Some(*sum)
+            }))
+            .collect();
+        pieces.n_rows = pieces.all.iter().map(|piece| piece.rows().end).max().unwrap_or(0);
         pieces
     }
 
@@ -174,19 +220,10 @@ impl Pieces {
         order
     }
 
-    /// The pieces in the columns of links that cross, and of the ends of these links; those with most crossings come first.
-    fn crossing(&self, placed: &Placed, axes: &[i64]) -> Vec<usize> {
-        let mut columns: BTreeMap<i64, usize> = BTreeMap::new();
-        let flat = |y: i64| placed.lines.iter().filter(move |line| line[1] == y && line[3] == y);
-        for (x, y) in &placed.crossings {
-            let crossed = flat(*y).filter(|line| line[0] < *x && *x < line[2]);
-            for column in crossed.flat_map(|line| [line[0], line[2]]).chain([*x]) {
-                *columns.entry(column).or_default() += 1;
-            }
-        }
-        let count = |piece: &usize| columns.get(&axes[*piece]).copied().unwrap_or(0);
-        let mut all: Vec<usize> = (0..axes.len()).filter(|piece| count(piece) > 0).collect();
-        all.sort_by_key(|piece| (Reverse(count(piece)), *piece));
+    /// The pieces with crossings; those with most crossings come first.
+    fn crossing(&self, counts: &[usize]) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..counts.len()).filter(|piece| counts[*piece] > 0).collect();
+        all.sort_by_key(|piece| (Reverse(counts[*piece]), *piece));
         all
     }
 
@@ -209,23 +246,18 @@ impl Pieces {
 
     /// The axis of each piece for an order of the pieces.
     fn axes(&self, order: &[usize]) -> Vec<i64> {
-        let n = self.all.len();
-        let n_rows = self.all.iter().map(|piece| piece.rows().end).max().unwrap_or(0);
+        let mut x = vec![0; self.all.len()];
+        let (mut lefts, mut rights) = (Beside::new(&self.starts), Beside::new(&self.starts));
         // The last piece of each row, with what it needs to the right.
-        let mut last: Vec<Option<(usize, i64)>> = vec![None; n_rows];
-        let (mut lefts, mut rights) = (vec![Vec::new(); n], vec![Vec::new(); n]);
-        let mut x = vec![0; n];
+        let mut last: Vec<Option<(usize, i64)>> = vec![None; self.n_rows];
         for &piece in order {
             let own = &self.all[piece];
-            for (row, (left, right)) in own.rows().zip(&own.sides) {
-                let Some((before, by)) = last[row].replace((piece, *right)) else { continue };
-                let by = by + left;
-                if lefts[piece].last() != Some(&(before, by)) {
-                    lefts[piece].push((before, by));
-                    rights[before].push((piece, by));
-                }
+            for ((left, right), last) in own.sides.iter().zip(&mut last[own.rows()]) {
+                let Some((before, by)) = last.replace((piece, *right)) else { continue };
+                lefts.add(piece, before, by + left);
+                rights.add(before, piece, by + left);
             }
-            let least = lefts[piece].iter().map(|(before, by)| x[*before] + by).max();
+            let least = lefts.of(piece).iter().map(|(before, by)| x[*before] + by).max();
             x[piece] = least.unwrap_or(0);
         }
         for round in 0..ROUNDS {
@@ -236,8 +268,8 @@ impl Pieces {
                     return;
                 }
                 let wish = linked.iter().map(|it| x[*it]).sum::<i64>().div_euclid(count);
-                let least = lefts[piece].iter().map(|(it, by)| x[*it] + by).max();
-                let most = rights[piece].iter().map(|(it, by)| x[*it] - by).min();
+                let least = lefts.of(piece).iter().map(|(it, by)| x[*it] + by).max();
+                let most = rights.of(piece).iter().map(|(it, by)| x[*it] - by).min();
                 x[piece] = wish.min(most.unwrap_or(wish)).max(least.unwrap_or(i64::MIN));
             };
             if round % 2 == 0 {
@@ -258,14 +290,81 @@ impl Pieces {
             let pieces = self.links.iter().map(|own| own[which]);
             pieces.map(|piece| piece.map(|piece| x[piece])).collect()
         };
-        let ends = self.all.iter().zip(x);
-        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
         Columns {
             x: self.nodes.iter().map(|piece| x[*piece]).collect(),
             down: of(0),
             entry: of(1),
             up: of(2),
-            extent: (0, ends.max().unwrap_or(0)),
+            extent: self.extent(x),
         }
+    }
+    /// The left and right end of all pieces; the first is 0.
+    fn extent(&self, x: &[i64]) -> (i64, i64) {
+        let ends = self.all.iter().zip(x);
+        let ends = ends.flat_map(|(piece, x)| piece.sides.iter().map(move |(_, right)| x + right));
+        (0, ends.max().unwrap_or(0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::blocks;
+    use crate::order::{Arc, Node};
+
+    /// Steps and transitions in turn, with more links between any of them.
+    fn tangle(n: usize, mut seed: usize) -> Graph {
+        let mut random = |below: usize| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695);
+            (seed >> 33) % below
+        };
+        let node = |index: usize| Node {
+            left: 20 + (index as i64 % 3) * 10,
+            right: 40 + (index as i64 % 5) * 12,
+            above: 10,
+            body: 20,
+            below: 10,
+            is_initial: index == 0,
+            is_transition: index % 2 == 1,
+        };
+        let mut arcs: Vec<Arc> = (1..n).map(|to| Arc { from: to - 1, to }).collect();
+        // A link joins a step and a transition, which have numbers of different parity.
+        arcs.extend((0..n / 3).map(|_| {
+            let from = random(n);
+            Arc { from, to: (random(n / 2) * 2 + (from + 1) % 2) % n }
+        }));
+        Graph::new((0..n).map(node).collect(), arcs)
+    }
+
+    #[test]
+    fn trials_have_the_crossings_of_the_drawing() {
+        let (mut n_crossings, mut n_better) = (0, 0);
+        for seed in 0..30 {
+            let graph = tangle(20 + 2 * (seed % 7), seed);
+            let order = Order::of(&graph);
+            let pieces = Pieces::of(&graph, &order);
+            let numbers: Vec<i64> = (0..).take(pieces.all.len()).collect();
+            let trials = Trials::new(&graph, &order, &pieces.columns(&numbers));
+            let drawn = |x: &[i64]| Tried::new(place(&graph, &order, &pieces.columns(x))).cost.0;
+            let start = pieces.order(&blocks::columns(&graph, &order));
+            let axes = pieces.axes(&start);
+            let known = trials.measure(axes.clone(), pieces.extent(&axes));
+            assert_eq!(known.cost.0, drawn(&axes), "{seed}");
+            for piece in 0..pieces.all.len() {
+                let (mut other, targets) = pieces.targets(piece, &start);
+                let Some(target) = targets.get(targets.len() / 2) else { continue };
+                other.insert(*target, piece);
+                let axes = pieces.axes(&other);
+                let extent = pieces.extent(&axes);
+                let measured = trials.measure(axes.clone(), extent);
+                assert_eq!(measured.cost.0, drawn(&axes), "{seed}: {piece}");
+                n_crossings += measured.cost.0;
+                // What is known of the channels that did not change is right.
+                let better = trials.better(&known, &axes, extent).map(|it| it.cost);
+                assert_eq!(better, (measured.cost < known.cost).then_some(measured.cost));
+                n_better += usize::from(better.is_some());
+            }
+        }
+        assert!(n_crossings > 1000 && n_better > 20, "{n_crossings}, {n_better}");
     }
 }

@@ -47,6 +47,7 @@ mod svg;
 mod symbol;
 mod text;
 mod tracks;
+mod trials;
 mod vertex;
 pub mod waves;
 
