@@ -177,8 +177,11 @@ impl<'u> Program<'u> {
             self.hide_progress(&machine.run, memory)?;
         }
         let mut state = State { memory: std::mem::take(memory), stack: Vec::new(), loops: 0 };
-        for instruction in code {
-            state = self.deeper(|this| this.outermost(instruction, machine, state))?;
+        let evolution = code.iter().rposition(|it| matches!(it, Instruction::Loop(..)));
+        for (at, instruction) in code.iter().enumerate() {
+            let is_evolution = evolution == Some(at);
+            state =
+                self.deeper(|this| this.outermost(instruction, is_evolution, machine, state))?;
         }
         *memory = state.memory;
         for (name, value) in [("at", end.unwrap_or(0)), ("depth", 0), ("loops", 0)] {
@@ -317,7 +320,7 @@ impl<'u> Program<'u> {
         let before = self.here;
         let mut running = Lit::TRUE;
         let mut ends = Vec::new();
-        // The evolution is the only outer loop of a reaction whose rounds are counted by the facts.
+        // The evolution is the only loop whose rounds are counted by the facts.
         let most = self.most_rounds.filter(|_| state.loops == 0);
         state.loops += 1;
         for round in 0..rounds {

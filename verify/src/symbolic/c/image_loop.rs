@@ -3,6 +3,8 @@
 //! The code before the loop is executed up to the loop; then a round of the loop from any memory; then the whole reaction again, where the memory at the loop is
 //! replaced by another one and the loop is skipped. A call from the same memory makes the same objects with the same numbers, so the other memory may be any
 //! change of the one at the loop.
+//!
+//! The evolution is the last loop of the outermost code. In a statechart a loop can come before it, which puts the sends that are due in order.
 
 use super::exec::{Done, Program, Stop};
 use super::machine::{AtLoop, LoopOfImage, Machine, State};
@@ -11,7 +13,7 @@ use super::program_image::Instruction;
 use crate::symbolic::aig::Lit;
 
 impl<'u> Program<'u> {
-    /// Calls a function up to the first loop of the reaction's code. Returns the loop and the memory before it.
+    /// Calls a function up to the evolution in the reaction's code. Returns the loop and the memory before it.
     pub(super) fn call_up_to_loop(
         &mut self,
         call: impl FnOnce(&mut Self) -> Done<()>,
@@ -54,12 +56,17 @@ impl<'u> Program<'u> {
     pub(super) fn outermost(
         &mut self,
         instruction: &Instruction,
+        is_evolution: bool,
         machine: &Machine<'u>,
         mut state: State,
     ) -> Done<State> {
         let Instruction::Loop(rounds, pieces) = instruction else {
             return self.instruction(instruction, machine, state);
         };
+        if !is_evolution {
+            let inner = State { loops: 1, ..state };
+            return Ok(State { loops: 0, ..self.instruction(instruction, machine, inner)? });
+        }
         match (self.at_loop.take(), pieces.as_slice()) {
             (Some(AtLoop::Stop), [condition, body]) if self.here == Lit::TRUE => {
                 self.hide_arguments(machine, &mut state.memory)?;
