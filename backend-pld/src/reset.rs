@@ -9,8 +9,13 @@ use grafsynth_ir::diag::Diagnostic;
 use grafsynth_ir::logic::{
     Flop, FlopId, Function, Logic, Node, NodeId, Open, PinInput, PinInputId, PinOutputId, PinRole,
 };
+use grafsynth_logic::bdd::{Bdd, Ref};
 use grafsynth_logic::build::{Builder, map_operands};
+use grafsynth_logic::node_bdds::Functions;
 use std::collections::BTreeSet;
+
+/// The maximum size of the decision diagrams of a circuit whose reset is checked.
+const MOST_NODES: usize = 1 << 20;
 
 /// The circuit with a reset input: while it is high, the clock sets every register to its initial value, whatever the state is. So the don't-cares of a register
 /// are only those of the other clocks. A circuit whose registers never change has no such input.
@@ -75,7 +80,12 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
     let Some(reset) = logic.inputs.ids().find(|&id| is_reset(id)) else { return Ok(logic) };
     let name = &logic.inputs[reset].name;
     let (held, running) = (with_reset(&logic, true), with_reset(&logic, false));
-    let is_kept = |next: NodeId, init: bool| held.nodes[next] != Node::Const(init);
+    // Where the text has several levels or T flip-flops, the constant does not show at once.
+    let (mut functions, mut diagrams) = (Functions::new(), Bdd::with_limit(MOST_NODES));
+    let mut is_kept = |next: NodeId, init: bool| {
+        held.nodes[next] != Node::Const(init)
+            && functions.build(&mut diagrams, &held, next) != Ok(Ref::constant(init))
+    };
     let flops = logic.flops.iter().zip(held.flops.values());
     // A register that keeps its value with and without the reset has its initial value from power-up on.
     let is_fixed = |id: FlopId, next: NodeId| {
@@ -83,14 +93,16 @@ pub fn strip(logic: Logic) -> Result<Logic, Vec<Diagnostic>> {
         held.nodes[next] == Node::Flop(id) && running.nodes[without] == Node::Flop(id)
     };
     let flops =
-        flops.filter(|((id, old), new)| is_kept(new.next, old.init) && !is_fixed(*id, new.next));
+        flops.filter(|((id, old), new)| !is_fixed(*id, new.next) && is_kept(new.next, old.init));
+    let mut names: Vec<&String> = flops.map(|((_, flop), _)| &flop.name).collect();
     let outputs = logic
         .outputs
         .values()
         .zip(held.outputs.values())
         .filter(|(old, new)| old.registered.is_some_and(|init| is_kept(new.value, init)));
-    let names = flops.map(|((_, flop), _)| &flop.name).chain(outputs.map(|(pin, _)| &pin.name));
+    names.extend(outputs.map(|(pin, _)| &pin.name));
     let findings: Vec<Diagnostic> = names
+        .into_iter()
         .map(|register| {
             let message =
                 format!("`{register}` does not get its initial value while `{name}` is high");

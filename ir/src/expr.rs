@@ -545,6 +545,35 @@ impl<L> Expr<L> {
         }
     }
 
+    /// The value if a leaf for which `leaf` returns `None`, and each array element, may have any value; `None` if the value depends on them or does not exist.
+    pub fn known(&self, leaf: &impl Fn(&L) -> Option<i64>) -> Option<i64> {
+        // One operand with this value decides, whatever the others are.
+        let decided = |all: &[Expr<L>], by: i64| {
+            let mut is_open = false;
+            for one in all {
+                match one.known(leaf) {
+                    Some(value) if value == by => return Some(by),
+                    Some(_) => {}
+                    None => is_open = true,
+                }
+            }
+            (!is_open).then_some(1 - by)
+        };
+        Some(match &self.kind {
+            ExprKind::Bool(value) => i64::from(*value),
+            ExprKind::Int(value) => *value,
+            ExprKind::Leaf(inner) => leaf(inner)?,
+            ExprKind::Element(..) => return None,
+            ExprKind::Not(a) => 1 - a.known(leaf)?,
+            ExprKind::And(all) => decided(all, 0)?,
+            ExprKind::Or(all) => decided(all, 1)?,
+            ExprKind::Compare(op, a, b) => i64::from(op.apply(a.known(leaf)?, b.known(leaf)?)),
+            ExprKind::Neg(a) => a.known(leaf)?.checked_neg()?,
+            ExprKind::Arith(op, a, b) => op.apply(a.known(leaf)?, b.known(leaf)?)?,
+            ExprKind::Select(c, a, b) => if c.known(leaf)? != 0 { a } else { b }.known(leaf)?,
+        })
+    }
+
     /// The value of a constant, with 0 and 1 for Booleans; `None` if it depends on a leaf or does not exist (division by 0, more than 64 bits).
     #[must_use]
     pub fn as_constant(&self) -> Option<i64> {

@@ -7,15 +7,14 @@ use grafsynth_ir::Gather;
 use grafsynth_ir::division::{
     Division, PartIndex, PartNet, Running, Shown, Signal, Source, rounds_of,
 };
-use grafsynth_ir::expr::ExprKind;
 use grafsynth_ir::names::{C, Namer};
-use grafsynth_ir::net::{Expr, InputId, InputKind, Leaf, Net, OutputId};
+use grafsynth_ir::net::{InputId, InputKind, Net, OutputId};
 
-use super::free;
 use super::{
     Act, Carries, ChipSignal, Connection, ConnectionIndex, Direct, End, Link, Object, Put, Request,
     Start,
 };
+use super::{free, in_reset};
 use crate::codes;
 use crate::cpu::{Cpu, Pin};
 use crate::direct;
@@ -33,6 +32,7 @@ pub fn link(request: &Request<'_>) -> Result<Link, Vec<Diagnostic>> {
         connections: Vec::new(),
         direct: Vec::new(),
         oscillator: Vec::new(),
+        safe: in_reset::safe(request.net).unwrap_or_default(),
         findings: Vec::new(),
     };
     maker.connect();
@@ -87,6 +87,8 @@ struct Maker<'r> {
     connections: Vec<Connection>,
     direct: Vec<Direct>,
     oscillator: Vec<End>,
+    /// Values of inputs that cause the emergency.
+    safe: BTreeMap<InputId, i64>,
     findings: Vec<Diagnostic>,
 }
 
@@ -140,7 +142,7 @@ impl Maker<'_> {
             return;
         }
         let from = End { part: self.cpu(), pin: NO_PIN };
-        let pull = Some(level_in_reset(self.request, carries));
+        let pull = Some(in_reset::level(self.request, &self.safe, carries));
         self.connections.push(Connection { name: namer.name(name), carries, from, to, pull });
     }
 
@@ -379,53 +381,6 @@ fn pins_of(signals: &[ChipSignal], object: Object) -> impl Iterator<Item = u32> 
 
 fn bit_name(name: &str, is_bool: bool, bit: u32) -> String {
     if is_bool { name.to_owned() } else { format!("{name}_{bit}") }
-}
-
-/// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires; a clock would reset the chips. An input that can cause the emergency on its own has the level that
-/// causes it, so that the outputs of the chips are safe. A chip that runs on its own must see the state of the CPU after reset.
-fn level_in_reset(request: &Request<'_>, carries: Carries) -> bool {
-    let net = request.net;
-    if carries == Carries::Reset {
-        return true;
-    }
-    if let (Running::Free, Carries::Wire(Signal::Active(step))) =
-        (request.division.running, carries)
-    {
-        return net.steps[step].is_initial;
-    }
-    let (Carries::Input { input, .. }, Some(emergency)) = (carries, &net.emergency) else {
-        return false;
-    };
-    let is_caused_by = |level| known(&emergency.condition, input, level) == Some(true);
-    is_caused_by(true) && !is_caused_by(false)
-}
-
-/// The value of a condition if only one input is known; `None` if it depends on others.
-fn known(expr: &Expr, input: InputId, level: bool) -> Option<bool> {
-    let each = |all: &[Expr]| -> Vec<Option<bool>> {
-        all.iter().map(|one| known(one, input, level)).collect()
-    };
-    match &expr.kind {
-        ExprKind::Leaf(Leaf::Input(id)) if *id == input => Some(level),
-        ExprKind::Not(one) => known(one, input, level).map(|value| !value),
-        ExprKind::And(all) => {
-            let all = each(all);
-            if all.contains(&Some(false)) {
-                Some(false)
-            } else {
-                all.iter().all(Option::is_some).then_some(true)
-            }
-        }
-        ExprKind::Or(all) => {
-            let all = each(all);
-            if all.contains(&Some(true)) {
-                Some(true)
-            } else {
-                all.iter().all(Option::is_some).then_some(false)
-            }
-        }
-        _ => expr.as_constant().map(|value| value != 0),
-    }
 }
 
 /// The level in row 0, in which every input is 0 or the nearest value of its range.

@@ -17,6 +17,7 @@ mod breach;
 mod check;
 mod files;
 mod free;
+mod in_reset;
 mod make;
 mod pins_text;
 mod time;

@@ -1,10 +1,10 @@
 //! `NAME_wiring.md` and `NAME_wiring.svg`: the connections from pin to pin.
 
-use grafsynth_ir::division::Running;
+use grafsynth_ir::division::{Running, Shown};
 use grafsynth_ir::markup::escape;
 use std::fmt::Write;
 
-use super::{Carries, Connection, End, Link, OSCILLATOR_HZ, Request};
+use super::{Carries, Connection, End, Link, OSCILLATOR_HZ, Request, in_reset};
 
 /// The wiring as a table: each connection with its pins, and the resistors.
 #[must_use]
@@ -58,6 +58,7 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
     } else if has(Carries::Clock) {
         text += "The chips start in their initial states at power-up. A reset of the CPU alone does not reset them: turn the power of all parts off and on together.\n";
     }
+    text += safety(request);
     let (emergency, direct): (Vec<_>, Vec<_>) =
         link.direct.iter().partition(|one| one.is_emergency);
     if !emergency.is_empty() {
@@ -78,6 +79,23 @@ pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
         );
     }
     text
+}
+
+/// Whether the outputs of the chips are safe while the CPU is in reset.
+fn safety(request: &Request<'_>) -> &'static str {
+    let chips = request.division.parts.iter().take(request.chips.len());
+    let mut shown = chips.filter(|part| part.net.emergency.is_some());
+    if !shown.any(|part| part.outputs.values().any(|it| matches!(it, Shown::Output(_)))) {
+        return "";
+    }
+    match in_reset::safe(request.net) {
+        Some(_) => {
+            "They also cause the emergency: while the CPU is in reset, the outputs of the chips have their safe values.\n"
+        }
+        None => {
+            "They cannot cause the emergency, because it does not depend on inputs alone: while the CPU is in reset, the outputs of the chips may have other values than the safe ones.\n"
+        }
+    }
 }
 
 /// The instructions for parts that run on their own.
