@@ -120,14 +120,15 @@ const UNITS: [&str; 17] = [
     "%",
 ];
 
-/// The text with no line break between a number and its unit.
+/// The text with no line break between a number and its unit, or within a number (`10 000`).
 fn joined_units(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for word in text.split_inclusive(' ') {
         let unit = word.trim_end_matches(|c: char| !c.is_alphanumeric() && c != '%');
         // The word before is a number, perhaps after a sign or a bracket.
         let before = out.strip_suffix(' ');
-        if UNITS.contains(&unit)
+        let is_group = unit.len() == 3 && unit.bytes().all(|byte| byte.is_ascii_digit());
+        if (is_group || UNITS.contains(&unit))
             && before.is_some_and(|it| it.ends_with(|c: char| c.is_ascii_digit()))
         {
             out.pop();
@@ -281,8 +282,8 @@ mod tests {
 
     #[test]
     fn a_number_is_not_separated_from_its_unit() {
-        let joined = super::joined_units("12 B (100 ms), then 5 steps s 3 B");
-        assert_eq!(joined, "12\u{a0}B (100\u{a0}ms), then 5 steps s 3\u{a0}B");
+        let joined = super::joined_units("12 B (100 ms), then 5 steps s 10 000 B");
+        assert_eq!(joined, "12\u{a0}B (100\u{a0}ms), then 5 steps s 10\u{a0}000\u{a0}B");
     }
 
     /// The texts of a page without its tags.
