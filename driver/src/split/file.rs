@@ -92,7 +92,13 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
         } else if let Some(running) =
             line.strip_prefix("link ").and_then(|it| Running::named(it.trim()))
         {
-            written.running = Some(running);
+            match written.running.replace(running) {
+                Some(before) if before != running => wrong.push((
+                    number,
+                    format!("another line says `link {}`: remove one of them", before.name()),
+                )),
+                _ => {}
+            }
         } else if line == "no reset" {
             written.no_reset = true;
         } else if let Some(rest) = line.strip_prefix("place ")
@@ -105,7 +111,7 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
         } else {
             wrong.push((
                 number,
-                "expected `part NAME = DEVICE`, `place NAME, .. on PART`, `link free-running` or `no reset`"
+                "expected `part NAME = DEVICE`, `place NAME, .. on PART`, `link lockstep`, `link free-running` or `no reset`"
                     .to_owned(),
             ));
         }
