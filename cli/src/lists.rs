@@ -2,7 +2,7 @@
 
 use grafsynth_backend_c::{Style, cost};
 use grafsynth_driver::languages::{LANGUAGES, Language};
-use grafsynth_driver::split::CPUS;
+use grafsynth_driver::split::{CPUS, PartDevice};
 use grafsynth_driver::target::{self, Target};
 use grafsynth_engines::OfCpu;
 use grafsynth_ir::diag::nearest;
@@ -90,7 +90,8 @@ fn parts() -> Vec<(String, String)> {
         let (flash, ram) = (cpu.flash / 1024, cpu.ram);
         (cpu.name.to_owned(), format!("CPU, {flash} KiB of flash, {ram} bytes of RAM"))
     });
-    devices().into_iter().chain(cpus).collect()
+    let is_part = |(name, _): &(String, String)| PartDevice::named(name).is_some();
+    devices().into_iter().filter(is_part).chain(cpus).collect()
 }
 
 fn styles() -> Vec<(String, String)> {

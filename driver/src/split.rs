@@ -306,6 +306,11 @@ fn spec(part: &RequestedPart, has_reset: bool) -> PartSpec {
     }
 }
 
+/// Whether nothing of a part ever changes, and nothing of it is seen.
+fn is_still(part: &Net) -> bool {
+    part.outputs.is_empty() && part.transitions.is_empty()
+}
+
 /// Builds the part of a net on the CPU. If a reaction is several rounds, the link calls each extern condition once.
 fn build_cpu(
     net: &Net,
@@ -344,7 +349,10 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
         }
     };
     let facts = pipeline::facts(net, &options.limits);
-    let built = pipeline::build(net, &facts, &[target], &options);
+    // Without outputs and transitions there are no equations; only a fuse map can be written for such a chip.
+    let is_empty = matches!(target, Target::Logic(_)) && is_still(net);
+    let targets = if is_empty { &[][..] } else { &[target] };
+    let built = pipeline::build(net, &facts, targets, &options);
     BuiltPart { facts, options, built }
 }
 

@@ -50,9 +50,9 @@ const LONG: usize = 80;
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
     ("code lines of c and backend-c", 29_420),
-    ("code lines of ir", 21_100),
-    ("code lines of driver", 14_240),
-    ("code lines of all crates", 192_200),
+    ("code lines of ir", 21_130),
+    ("code lines of driver", 14_260),
+    ("code lines of all crates", 192_300),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),

@@ -1,6 +1,6 @@
 //! The link of a split: its C and wiring, from the pins of the fitted chips and the interface of the emitted C.
 
-use super::{BuiltPart, PartDevice, RequestedPart, Split};
+use super::{BuiltPart, PartDevice, RequestedPart, Split, is_still};
 use crate::built::OutputFile;
 use crate::codes;
 use crate::report::chip::{Chip, Kind};
@@ -116,6 +116,10 @@ fn link_on(
     let mut chips = Vec::new();
     for ((part, requested), of_division) in built.iter().zip(parts).zip(&division.parts) {
         if let PartDevice::Chip(device) = requested.device {
+            if part.built.chips.is_empty() && is_still(&of_division.net) {
+                chips.push(ChipPins { device: device.name.to_owned(), ..ChipPins::default() });
+                continue;
+            }
             let chip = part.built.chips.first().filter(|chip| chip.misfit.is_none());
             let Some(chip) = chip else {
                 // Equations that do not fit are written without pins, so this is no error of the build.

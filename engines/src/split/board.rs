@@ -8,11 +8,12 @@ use grafsynth_driver::run::chip_row;
 use grafsynth_driver::split::{Linked, Split};
 use grafsynth_ir::Diagnostic;
 use grafsynth_ir::Gather;
+use grafsynth_ir::Valid;
 use grafsynth_ir::logic::{Logic, PinInputId, PinOutputId, PinRole};
 use grafsynth_ir::net::Net;
 use grafsynth_logic::chip::ChipSim;
 use grafsynth_logic::sim::LogicSim;
-use grafsynth_sim::{InputRow, Row};
+use grafsynth_sim::{InputRow, Row, Simulator};
 use grafsynth_split::link::{ChipPins, Connection, End, Object};
 use std::collections::BTreeMap;
 
@@ -43,10 +44,12 @@ impl<'a> Board<'a> {
     pub(super) fn new(split: &'a Split, linked: &'a Linked) -> Result<Self, Vec<Diagnostic>> {
         let mut chips = Vec::new();
         for (at, pins) in linked.chips.iter().enumerate() {
-            let net: &Net = &split.division.parts[at].net;
+            let net = &split.division.parts[at].net;
             let of_part = split.parts.get(at).and_then(|part| part.built.chips.first());
-            let Some(chip) = of_part else { continue };
-            chips.push(Device::new(net, chip, pins)?);
+            chips.push(match of_part {
+                Some(chip) => Device::new(net, chip, pins)?,
+                None => Device::still(net),
+            });
         }
         let levels = vec![None; linked.link.connections.len()];
         let mut board = Board {
@@ -236,7 +239,6 @@ pub(super) enum Happened {
 
 /// A simulated chip with its pins.
 struct Device<'a> {
-    logic: &'a Logic,
     circuit: Circuit<'a>,
     clock: Option<u32>,
     /// The pin that resets the flip-flops at the clock, and its level.
@@ -253,13 +255,22 @@ enum Circuit<'a> {
     Fuses(Box<ChipSim<'a, Burned<'a>>>),
     /// The circuit that was read back from its text, for a device without a documented fuse map. For each output pin: whether it carries the complement.
     Text {
+        logic: &'a Logic,
         sim: Box<ChipSim<'a, LogicSim<'a>>>,
         inputs: BTreeMap<u32, PinInputId>,
         outputs: BTreeMap<u32, (PinOutputId, bool)>,
     },
+    /// A chip with nothing on it, for which no text was written: all its rows are row 0.
+    Still(Row),
 }
 
 impl<'a> Device<'a> {
+    fn still(net: &Valid<Net>) -> Self {
+        let circuit = Circuit::Still(Simulator::new(net).reset());
+        let (is_reset, is_high, is_clocked) = (false, false, false);
+        Device { circuit, clock: None, reset: None, is_reset, is_high, is_clocked }
+    }
+
     fn new(net: &'a Net, chip: &'a Chip, pins: &ChipPins) -> Result<Self, Vec<Diagnostic>> {
         let circuit = match &chip.fuses {
             Some(map) => {
@@ -273,10 +284,9 @@ impl<'a> Device<'a> {
             }
             None => text(net, chip, pins),
         };
-        let logic = &chip.read_back;
         let (clock, reset) = (pins.clock, pins.reset);
         let (is_reset, is_high, is_clocked) = (false, false, false);
-        Ok(Device { logic, circuit, clock, reset, is_reset, is_high, is_clocked })
+        Ok(Device { circuit, clock, reset, is_reset, is_high, is_clocked })
     }
 
     /// Applies a level to a pin.
@@ -295,6 +305,7 @@ impl<'a> Device<'a> {
         }
         match &mut self.circuit {
             Circuit::Fuses(sim) => sim.sim_mut().put_pin(pin, level),
+            Circuit::Still(_) => {}
             Circuit::Text { sim, inputs, .. } => {
                 if let Some(input) = inputs.get(&pin) {
                     sim.sim_mut().set_input(*input, if level { u64::MAX } else { 0 });
@@ -323,9 +334,10 @@ impl<'a> Device<'a> {
     fn flops(&self) -> Vec<bool> {
         match &self.circuit {
             Circuit::Fuses(sim) => sim.sim().state(),
-            Circuit::Text { sim, .. } => {
-                self.logic.flops.ids().map(|flop| sim.sim().flop(flop) & 1 == 1).collect()
+            Circuit::Text { sim, logic, .. } => {
+                logic.flops.ids().map(|flop| sim.sim().flop(flop) & 1 == 1).collect()
             }
+            Circuit::Still(_) => Vec::new(),
         }
     }
 
@@ -333,6 +345,7 @@ impl<'a> Device<'a> {
     fn driven(&mut self, pin: u32) -> Option<bool> {
         match &mut self.circuit {
             Circuit::Fuses(sim) => sim.sim().driven(pin),
+            Circuit::Still(_) => None,
             Circuit::Text { sim, outputs, .. } => {
                 let (output, is_inverted) = *outputs.get(&pin)?;
                 Some((sim.sim_mut().output(output) & 1 == 1) != is_inverted)
@@ -344,6 +357,7 @@ impl<'a> Device<'a> {
         match &mut self.circuit {
             Circuit::Fuses(sim) => sim.sample(mealy),
             Circuit::Text { sim, .. } => sim.sample(mealy),
+            Circuit::Still(_) => {}
         }
     }
 
@@ -356,13 +370,14 @@ impl<'a> Device<'a> {
         match &mut self.circuit {
             Circuit::Fuses(sim) => chip_row(net, sim, input.clone()),
             Circuit::Text { sim, .. } => chip_row(net, sim, input.clone()),
+            Circuit::Still(row) => row.clone(),
         }
     }
 
     fn trouble(&self) -> Option<String> {
         match &self.circuit {
             Circuit::Fuses(sim) => sim.sim().trouble().map(|found| found.message.clone()),
-            Circuit::Text { .. } => None,
+            Circuit::Text { .. } | Circuit::Still(_) => None,
         }
     }
 }
@@ -389,5 +404,5 @@ fn text<'a>(net: &'a Net, chip: &'a Chip, pins: &ChipPins) -> Circuit<'a> {
         _ => None,
     });
     let (inputs, outputs) = (inputs.gather(), outputs.gather());
-    Circuit::Text { sim: Box::new(ChipSim::new(net, circuit)), inputs, outputs }
+    Circuit::Text { logic: circuit, sim: Box::new(ChipSim::new(net, circuit)), inputs, outputs }
 }
