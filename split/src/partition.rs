@@ -164,6 +164,40 @@ pub fn partition(
     Ok(Partition { owners: owners(net, groups, &part), part, evaluation, bound, alternatives })
 }
 
+/// The partition with the smallest objective among those within a count that differ from this one in the part of one group, if that is below `below`.
+///
+/// # Errors
+/// As [`partition()`].
+pub fn neighbour(
+    net: &Net,
+    groups: &Groups,
+    parts: &[PartSpec],
+    places: &[Place],
+    (objective, count): (Objective, Count),
+    (part, below): (&[PartIndex], i64),
+    excluded: &[Forbidden],
+) -> Result<Option<Partition>, Unplaced> {
+    let problem = problem(net, groups, parts, places, (objective, count), excluded)?;
+    let alternatives = solve::alternatives(&problem, part).map_err(Unplaced::Malformed)?;
+    let mut best: Option<(i64, usize, PartIndex)> = None;
+    for (group, all) in alternatives.iter().enumerate() {
+        for (to, one) in all.iter().enumerate() {
+            if let Alternative::Value(value) = *one
+                && value < best.map_or(below, |(least, ..)| least)
+            {
+                best = Some((value, group, to));
+            }
+        }
+    }
+    let Some((_, group, to)) = best else { return Ok(None) };
+    let mut part = part.to_vec();
+    part[group] = to;
+    let evaluation = solve::evaluate(&problem, &part).map_err(Unplaced::Malformed)?;
+    let alternatives = solve::alternatives(&problem, &part).map_err(Unplaced::Malformed)?;
+    let owners = owners(net, groups, &part);
+    Ok(Some(Partition { owners, part, evaluation, bound: i64::MIN, alternatives }))
+}
+
 /// The owners of all objects when each group is on its part.
 #[must_use]
 pub fn owners(net: &Net, groups: &Groups, part: &[PartIndex]) -> Owners {

@@ -1,7 +1,7 @@
 //! The best partition whose devices really hold their parts.
 //!
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
-//! partition may exist where an estimate was too high. So a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower
+//! partition may exist where an estimate was too high. Some that differ in one group are built, too. Then a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower
 //! bound for all that fit. If that is not below what was found, nothing better exists. Otherwise, if some decisions need more macrocells than a chip has
 //! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
 //! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
@@ -27,10 +27,15 @@ use grafsynth_split::codes::{LINK, PINS};
 use grafsynth_split::cpu::Cpu;
 use grafsynth_split::partition::{Unplaced, memory as estimate};
 use grafsynth_split::solve::{Constraint, Forbidden};
-use grafsynth_split::{Cells, Count, Groups, Objective, PartSpec, Partition, divide, partition};
+use grafsynth_split::{
+    Cells, Count, Groups, Objective, PartSpec, Partition, divide, neighbour, partition,
+};
 
 /// The number of partitions from estimates that are built before that search ends.
 const MOST_ESTIMATES: usize = 40;
+
+/// The number of partitions that are built because they differ in one group from the best one and would be better.
+const MOST_NEIGHBOURS: usize = 8;
 
 /// The largest number of sets of decisions that are excluded because they need more macrocells than a chip has.
 const MOST_CUTS: usize = 200;
@@ -69,6 +74,7 @@ pub(super) fn search(
         late: late_on_cpu(net, groups, request),
         has_plant: true,
         lacks_pins: false,
+        misfits: Vec::new(),
         unfit: 0,
         builds: 0,
         last: Vec::new(),
@@ -80,6 +86,7 @@ pub(super) fn search(
         Err(_) if search.lacks_pins => {
             search.has_plant = false;
             search.last = Vec::new();
+            search.misfits = Vec::new();
             search.run()
         }
         first => first,
@@ -97,6 +104,8 @@ struct Search<'a> {
     has_plant: bool,
     /// Whether the CPU had too few pins for some partition.
     lacks_pins: bool,
+    /// The partitions that were built and are not better than the best one.
+    misfits: Vec<Forbidden>,
     unfit: usize,
     builds: usize,
     /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
@@ -156,8 +165,29 @@ impl Search<'_> {
     }
 
     fn run(&mut self) -> Result<Fitted, Vec<Diagnostic>> {
-        let first = self.by_estimates();
+        let first = match self.by_estimates()? {
+            Ok(first) => Ok(self.by_neighbours(first)?),
+            none => none,
+        };
         self.by_bounds(first)
+    }
+
+    /// A better partition that fits, reached by moves of one group at a time; else the same one.
+    fn by_neighbours(&mut self, mut best: Box<Fitted>) -> Result<Box<Fitted>, Vec<Diagnostic>> {
+        let (specs, Request { places, objective, .. }) = (self.specs(), *self.request);
+        let kind = (objective, Count::Least);
+        for _ in 0..MOST_NEIGHBOURS {
+            let from = (&best.partition.part[..], best.value);
+            let excluded = [&self.late[..], &self.misfits].concat();
+            let next = neighbour(self.net, self.groups, &specs, places, kind, from, &excluded);
+            let Ok(Some(next)) = next else { break };
+            let tried = whole(&next);
+            match self.fit(next)? {
+                Fit::Fits(fitted) if fitted.value < best.value => best = fitted,
+                Fit::Fits(_) | Fit::Misfit { .. } => self.misfits.push(tried),
+            }
+        }
+        Ok(best)
     }
 
     fn specs(&self) -> Vec<PartSpec> {
@@ -203,11 +233,10 @@ impl Search<'_> {
     /// Raises the bound until it meets the best partition, or finds a better one.
     fn by_bounds(
         &mut self,
-        first: Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>>,
+        first: Result<Box<Fitted>, Unplaced>,
     ) -> Result<Fitted, Vec<Diagnostic>> {
-        let first = first?;
         let specs = self.specs();
-        let mut excluded = self.late.clone();
+        let mut excluded = [&self.late[..], &self.misfits].concat();
         let (mut best, estimated) = match first {
             Ok(fitted) => (Some(fitted), None),
             Err(why @ (Unplaced::Conflict(_) | Unplaced::Unknown)) => (None, Some(why)),
