@@ -14,7 +14,7 @@ const MOST: usize = 20_000;
 const MOST_VALUES: i64 = 16;
 
 /// The level of a connection while the CPU is in reset: no clock, no tick, and nothing fires; a clock would reset the chips. The inputs have levels that cause the
-/// emergency, if there are any, so that the outputs of the chips are safe. A chip that reads active states sees those of the first situation.
+/// emergency, if there are any, so that the outputs of the chips are safe. A chip that runs on its own sees the steps that are active at first.
 pub(super) fn level(
     request: &Request<'_>,
     safe: &BTreeMap<InputId, i64>,
@@ -24,9 +24,7 @@ pub(super) fn level(
     match carries {
         Carries::Reset => true,
         Carries::Wire(Signal::Active(step)) => {
-            let is_read =
-                request.division.running == Running::Free || net.settings.policy.is_statechart();
-            is_read && net.steps[step].is_initial
+            request.division.running == Running::Free && net.steps[step].is_initial
         }
         Carries::Input { input, bit } => {
             let least = net.inputs[input].ty.bounds().0;
