@@ -712,6 +712,34 @@ fn links_have_all_lines_and_spoiled_ones_do_not() {
     println!("{n} spoiled links");
 }
 
+/// A GAL22V10 and an ATmega328P.
+fn parts() -> [RequestedPart; 2] {
+    [("chip", "gal22v10"), ("cpu", "atmega328p")].map(|(name, device)| RequestedPart {
+        name: name.to_owned(),
+        device: PartDevice::named(device).expect("the device is known"),
+    })
+}
+
+/// The request of a split of [`parts`] with few pins.
+fn request<'a>(
+    parts: &'a [RequestedPart],
+    (stem, options): (&'a FileStem, &'a BuildOptions),
+    (running, reset): (Running, bool),
+) -> Request<'a> {
+    Request {
+        parts,
+        places: &[],
+        running,
+        reset,
+        objective: Objective::Pins,
+        fits: 4,
+        stem,
+        options,
+        compile: None,
+        told: |_| (),
+    }
+}
+
 /// A chart with a reaction that must follow within a microsecond.
 const CUT_OUT: &str = "chart cut {
     tick 10 ms
@@ -733,27 +761,12 @@ const CUT_OUT: &str = "chart cut {
 
 #[test]
 fn a_microsecond_needs_a_chip_with_a_clock_of_its_own() {
-    let part = |name: &str, device: &str| RequestedPart {
-        name: name.to_owned(),
-        device: PartDevice::named(device).expect("the device is known"),
-    };
-    let parts = [part("chip", "gal22v10"), part("cpu", "atmega328p")];
+    let parts = parts();
     let (stem, options) = (FileStem::of_name("cut"), BuildOptions::default());
     let made = |text: &str, running: Running| {
         let net = chart("cut.graf", text);
-        let request = Request {
-            parts: &parts,
-            places: &[],
-            running,
-            // The chip has no macrocells left for it.
-            reset: false,
-            objective: Objective::Pins,
-            fits: 4,
-            stem: &stem,
-            options: &options,
-            compile: None,
-            told: |_| (),
-        };
+        // The chip has no macrocells left for a reset.
+        let request = request(&parts, (&stem, &options), (running, false));
         let split = split(&net, &request).expect("it fits");
         let t2 = net.transitions.iter().find(|(_, it)| it.name.text == "t2");
         let owner = split.division.owners.transitions[t2.expect("it is there").0];
@@ -785,25 +798,10 @@ const DRIVE: &str = "chart drive {
 /// The fuses of a chip after random clocks with random pins: three clocks with a high reset and two more bring all flip-flops back to their values at power-up.
 #[test]
 fn a_reset_passes_through_synchronisers_and_sets_all_flip_flops() {
-    let part = |name: &str, device: &str| RequestedPart {
-        name: name.to_owned(),
-        device: PartDevice::named(device).expect("the device is known"),
-    };
-    let parts = [part("chip", "gal22v10"), part("cpu", "atmega328p")];
+    let parts = parts();
     let (stem, options) = (FileStem::of_name("drive"), BuildOptions::default());
     let net = chart("drive.graf", DRIVE);
-    let request = Request {
-        parts: &parts,
-        places: &[],
-        running: Running::Free,
-        reset: true,
-        objective: Objective::Pins,
-        fits: 4,
-        stem: &stem,
-        options: &options,
-        compile: None,
-        told: |_| (),
-    };
+    let request = request(&parts, (&stem, &options), (Running::Free, true));
     let split = split(&net, &request).expect("it fits");
     let chip = &split.parts[0].built.chips[0];
     let pin_of = |is_it: &dyn Fn(&Kind) -> bool| {

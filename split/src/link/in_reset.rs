@@ -36,7 +36,7 @@ pub(super) fn level(
 }
 
 /// Values of inputs with which the emergency condition is true in every state, and no assumption is violated if all other inputs have their least values. `None` if
-/// none were found: the condition also depends on something that is no input.
+/// none were found: the condition also depends on something that is no input, is never true, or has too many inputs.
 pub(super) fn safe(net: &Net) -> Option<BTreeMap<InputId, i64>> {
     let condition = &net.emergency.as_ref()?.condition;
     let read: BTreeSet<InputId> = condition.leaves().filter_map(|leaf| leaf.input()).collect();
@@ -82,7 +82,7 @@ fn search(
     None
 }
 
-/// The values of an input that can matter in a condition: all of a small range, else its bounds and what it is compared with.
+/// The values of an input that are tried in a condition: all of a small range, else its bounds and the constants that it is compared with, with their neighbours.
 fn values(net: &Net, condition: &Expr, input: InputId) -> Vec<i64> {
     let (least, most) = net.inputs[input].ty.bounds();
     if most.saturating_sub(least) < MOST_VALUES {
@@ -105,7 +105,7 @@ fn holds(condition: &Expr, chosen: &BTreeMap<InputId, i64>) -> Option<bool> {
     condition.known(&leaf).map(|value| value != 0)
 }
 
-/// Whether no assumption is violated if all other inputs have their least values. A chip may do anything where one is.
+/// Whether every assumption holds if all other inputs have their least values. Where an assumption is violated, a chip may do anything.
 fn is_admissible(net: &Net, chosen: &BTreeMap<InputId, i64>) -> bool {
     let leaf = |leaf: &PropertyLeaf| match leaf {
         PropertyLeaf::Net(Leaf::Input(id)) => {

@@ -93,7 +93,7 @@ fn safety(request: &Request<'_>) -> &'static str {
             "They also cause the emergency: while the CPU is in reset, the outputs of the chips have their safe values.\n"
         }
         None => {
-            "They cannot cause the emergency, because it does not depend on inputs alone: while the CPU is in reset, the outputs of the chips may have other values than the safe ones.\n"
+            "They do not cause the emergency: no values of its inputs were found with which it is true in every state. So the outputs of the chips may be unsafe while the CPU is in reset.\n"
         }
     }
 }
