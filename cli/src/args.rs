@@ -448,7 +448,8 @@ pub(crate) struct Split {
     /// Read parts and places from the partition file (STEM.split) of an earlier split.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) with: Option<String>,
-    /// Minimise the estimated CPU cycles (`cycles`), the pins of the CPU (`pins`) or the macrocells of all chips (`cells`).
+    /// Minimise the estimated cycles of the part on the CPU (`cycles`), the pins of the CPU (`pins`), the macrocells of all chips (`cells`), or the estimated cycles
+    /// of a round with those of the link (`latency`).
     #[arg(long, value_name = "WHAT", value_parser = OBJECTIVES, default_value = "cycles")]
     pub(crate) minimise: Objective,
     /// How the parts run together. `lockstep` (the default): the CPU clocks the chips, and every row is that of the chart. `free-running`: each chip has a clock of

@@ -26,6 +26,13 @@ pub(crate) struct Written<'a> {
     pub(crate) partition: &'a split::Written,
 }
 
+impl Written<'_> {
+    /// The place of a line, for the beginning of a message.
+    fn at(&self, line: u32) -> String {
+        format!("{}:{line}: ", self.path.unwrap_or_default())
+    }
+}
+
 /// A net with the parts of a partition file, as an engine. Nothing is proved.
 ///
 /// # Errors
@@ -38,8 +45,8 @@ pub(crate) fn engine(
 ) -> Result<SplitEngine, Stop> {
     let partition = partition_file(path)?;
     let running = partition.running.unwrap_or_default();
-    let parts = parts(&[], &partition)?;
     let written = Written { path: Some(path), partition: &partition };
+    let parts = parts(&[], written)?;
     let places = places(session, net, &[], written, &parts)?;
     let stem = FileStem::of_name(&net.name.text);
     let options = BuildOptions {
@@ -80,24 +87,22 @@ pub(crate) fn partition_file(path: &str) -> Result<split::Written, Stop> {
 }
 
 /// The parts from the options or, if there are none, from the partition file.
-pub(crate) fn parts(
-    options: &[String],
-    written: &split::Written,
-) -> Result<Vec<RequestedPart>, Stop> {
+pub(crate) fn parts(options: &[String], written: Written<'_>) -> Result<Vec<RequestedPart>, Stop> {
     let mut wrong = Vec::new();
-    let mut all: Vec<(&str, &str)> = Vec::new();
+    let mut all: Vec<(&str, &str, String)> = Vec::new();
     for text in options {
         match text.split_once('=') {
-            Some(part) => all.push(part),
+            Some((name, device)) => all.push((name, device, String::new())),
             None => wrong.push(format!("expected --part NAME=DEVICE, found `{text}`")),
         }
     }
     if options.is_empty() {
-        all.extend(written.parts.iter().map(|(name, device)| (name.as_str(), device.as_str())));
+        let of_file = written.partition.parts.iter();
+        all.extend(of_file.map(|(name, device, line)| (&name[..], &device[..], written.at(*line))));
     }
     let mut parts: Vec<RequestedPart> = Vec::new();
-    for (name, device) in all {
-        wrong.extend(wrong_name(name, &parts));
+    for (name, device, at) in all {
+        wrong.extend(wrong_name(name, &parts).map(|why| format!("{at}{why}")));
         match PartDevice::named(device) {
             Some(device) => parts.push(RequestedPart { name: name.to_owned(), device }),
             None => {
@@ -105,7 +110,7 @@ pub(crate) fn parts(
                     .map(|near| format!(", did you mean `{near}`?"))
                     .unwrap_or_default();
                 wrong.push(format!(
-                    "unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
+                    "{at}unknown device `{device}` for part `{name}`{near} (`--part list` lists the devices)"
                 ));
             }
         }
@@ -114,7 +119,12 @@ pub(crate) fn parts(
         wrong.extend(wrong_number(&parts));
     }
     if !wrong.is_empty() {
-        return Err(Stop::Usage(wrong.join("\n")));
+        let text = wrong.join("\n");
+        return Err(if options.is_empty() && !written.partition.parts.is_empty() {
+            Stop::Input(text)
+        } else {
+            Stop::Usage(text)
+        });
     }
     parts.sort_by_key(is_cpu);
     Ok(parts)
@@ -133,8 +143,14 @@ fn wrong_name(name: &str, parts: &[RequestedPart]) -> Option<String> {
     if ["link", "link_pins", "wiring"].contains(&name) {
         return Some(format!("a part cannot be called `{name}`: files of the link have this name"));
     }
-    let is_taken = parts.iter().any(|part| part.name == name);
-    is_taken.then(|| format!("two parts have the name `{name}`"))
+    let other = parts.iter().find(|part| part.name.eq_ignore_ascii_case(name))?;
+    Some(match other.name == name {
+        true => format!("two parts have the name `{name}`"),
+        false => format!(
+            "two parts have the names `{}` and `{name}`, which are one name for files on Windows and macOS",
+            other.name
+        ),
+    })
 }
 
 /// Why these parts are too few or too many for a split.
@@ -167,8 +183,7 @@ pub(crate) fn places(
 ) -> Result<Vec<Place>, Stop> {
     let mut all: Vec<(String, String, String)> = Vec::new();
     for (item, part, line) in &written.partition.places {
-        let file = written.path.unwrap_or_default();
-        all.push((item.clone(), part.clone(), format!("{file}:{line}: ")));
+        all.push((item.clone(), part.clone(), written.at(*line)));
     }
     for text in options {
         // `a,b=chip,c=cpu`: the names before each `=` are placed on the part after it.
@@ -191,6 +206,7 @@ pub(crate) fn places(
     }
     let mut places = Vec::new();
     let mut wrong = Vec::new();
+    let mut is_usage = false;
     let mut found = Vec::new();
     let near_part = |part: &str| did_you_mean(part, parts.iter().map(|it| it.name.as_str()));
     for placement in &net.placements {
@@ -218,6 +234,7 @@ pub(crate) fn places(
         return Err(Stop::Errors);
     }
     for (name, part, at) in all {
+        let before = wrong.len();
         let item = split::item(net, &name);
         if item.is_none() {
             wrong.push(if net.inputs.values().any(|input| input.name.text == name) {
@@ -231,9 +248,15 @@ pub(crate) fn places(
         if found.is_none() {
             wrong.push(format!("{at}unknown part `{part}`{}", near_part(&part)));
         }
+        // What an option says is wrong in the command; what the file says is wrong in the file.
+        is_usage |= wrong.len() > before && at.is_empty();
         if let (Some(item), Some(part)) = (item, found) {
             places.push(Place { item, part, span: Span::default() });
         }
     }
-    if wrong.is_empty() { Ok(places) } else { Err(Stop::Usage(wrong.join("\n"))) }
+    match wrong.join("\n") {
+        text if text.is_empty() => Ok(places),
+        text if is_usage => Err(Stop::Usage(text)),
+        text => Err(Stop::Input(text)),
+    }
 }

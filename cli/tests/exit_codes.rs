@@ -92,6 +92,9 @@ const CELLS: &[(&str, usize, i32, &str)] = &[
     ("build", 9, 1, "warned.graf --target verilog -o out --deny warnings"),
     ("split", 0, 0, "good.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 1, 1, "bad.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
+    ("split", 1, 1, "good.graf --with bad.split -o out"),
+    ("split", 1, 1, "good.graf --with elsewhere.split -o out"),
+    ("split", 1, 1, "good.graf --with devices.split -o out"),
     ("split", 2, 1, "impossible.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 2, 1, "states.graf --part chip=gal16v8 --part cpu=atmega328p -o out"),
     ("split", 3, 2, "good.graf --part chip=gal16v8 -o out"),
@@ -285,6 +288,9 @@ fn files(folder: &Path) {
         "large.graf",
         &format!("chart large {{\n    input a\n    output {}\n{steps}}}\n", outputs.join(", ")),
     );
+    put("bad.split", "nonsense\n");
+    put("elsewhere.split", "part chip = gal16v8\npart cpu = atmega328p\nplace nobody on chip\n");
+    put("devices.split", "part chip = gal16w8\npart cpu = atmega328p\n");
     put("good.csv", "a,b\n1,0\n0,1\n");
     put("bad.csv", "a,b,c\n1,0\n7,x,y\n");
     put("late_trace.csv", "scan,a,b,Q\n0,0,0,0\n0,1,0,0\n");

@@ -8,6 +8,7 @@
 //! joined     verify::joined      proves that the parts with their wires are the net
 //! ```
 
+mod conflict;
 mod explore;
 mod file;
 mod free;
@@ -25,7 +26,6 @@ pub use memory::{Compile, Memory, Program, Sizes};
 pub use report::report;
 pub use table::{crowded, table};
 
-use crate::codes;
 use crate::pipeline::{self, BuildOptions, Built};
 use crate::stem::FileStem;
 use crate::target::Target;
@@ -34,14 +34,11 @@ use grafsynth_ir::diag::{any_error, nearest_type};
 use grafsynth_ir::division::{Division, Running, round_of, rounds_of};
 use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, PlacedItem};
-use grafsynth_ir::{Diagnostic, Span, Valid, counted};
+use grafsynth_ir::{Diagnostic, Valid, counted};
 use grafsynth_sim::measures_time;
-use grafsynth_split::codes::{APART, PINS};
 pub use grafsynth_split::cpu::{CPUS, Cpu};
 use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::partition::Place;
-use grafsynth_split::partition::Unplaced;
-use grafsynth_split::solve::{Amount, Conflict, Constraint, Fight};
 use grafsynth_split::{Groups, PartSpec, Partition, together, unused_name};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
@@ -354,156 +351,6 @@ fn build_part(net: &Valid<Net>, part: &RequestedPart, request: &Request<'_>) -> 
     let targets = if is_empty { &[][..] } else { &[target] };
     let built = pipeline::build(net, &facts, targets, &options);
     BuiltPart { facts, options, built }
-}
-
-/// The findings when there is no partition.
-fn unplaced(
-    net: &Net,
-    groups: &Groups,
-    request: &Request<'_>,
-    why: &Unplaced,
-    excluded: usize,
-) -> Vec<Diagnostic> {
-    let part = |at: usize| request.parts.get(at).map_or("", |part| part.name.as_str());
-    let one = match why {
-        Unplaced::Places(one, other) => {
-            let (a, b) = (one.item.describe(net), other.item.describe(net));
-            let (first, second) = (part(one.part), part(other.part));
-            let chain: Vec<String> = groups
-                .chain(one.item, other.item)
-                .iter()
-                .map(|bond| {
-                    let (one, other) = (bond.one.describe(net), bond.other.describe(net));
-                    format!("{one} {} {other}", bond.why.text())
-                })
-                .collect();
-            let message = if one.item == other.item {
-                format!("{a} is placed on `{first}` and on `{second}`")
-            } else {
-                let why = chain.join(", ");
-                format!(
-                    "{a} is placed on `{first}` and {b} on `{second}`, but they cannot be separated: {why}"
-                )
-            };
-            let found = Diagnostic::error(APART, message).help("remove one of the placements");
-            written_at(written_at(found, one.span), other.span)
-        }
-        Unplaced::NeedsCpu(place, reason) => {
-            let message = format!(
-                "{} is placed on `{}`, but only a CPU can have it: {reason}",
-                place.item.describe(net),
-                part(place.part)
-            );
-            let found = Diagnostic::error(codes::NO_PARTITION, message)
-                .help("place it on the CPU, or remove the placement");
-            written_at(found, place.span)
-        }
-        Unplaced::Conflict(conflict) => {
-            let mut message = "no partition fits: ".to_owned();
-            message += &fights(net, groups, request, conflict).join("; ");
-            if excluded > 0 {
-                message += &format!(
-                    " ({} fitted by estimate, but not when built)",
-                    counted(excluded, "partition", "partitions")
-                );
-            }
-            let is_pins = lacks_pins_of_cpu(request, conflict);
-            let code = if is_pins { PINS } else { codes::NO_PARTITION };
-            let reset = if request.reset && saves_reset(request, conflict) {
-                ", or save the wire that resets the chips (`--no-reset`)"
-            } else {
-                ""
-            };
-            let help = "use larger devices, place fewer objects on the one that is too small, or add a part";
-            let found = Diagnostic::error(code, message).help(format!("{help}{reset}"));
-            let placed = conflict.fights.iter().filter_map(|fight| match fight.constraint {
-                Constraint::Allowed { node } => place_of(groups, request, node),
-                _ => None,
-            });
-            placed.fold(found, |found, place| written_at(found, place.span))
-        }
-        Unplaced::Unknown => {
-            Diagnostic::error(codes::NO_PARTITION, "the search for a partition reached its limit")
-                .help("place some objects with `--place`: fewer choices are then left")
-        }
-        Unplaced::Malformed(error) => {
-            Diagnostic::error(codes::NO_PARTITION, format!("no partition: {error}"))
-        }
-    };
-    vec![one]
-}
-
-/// Whether the reset uses something that is among the constraints that contradict each other: a pin of each part, and macrocells of chips that run on their own.
-fn saves_reset(request: &Request<'_>, conflict: &Conflict) -> bool {
-    conflict.fights.iter().any(|fight| match fight.constraint {
-        Constraint::Pins { .. } => true,
-        Constraint::Capacity { resource: 0, .. } => request.running == Running::Free,
-        _ => false,
-    })
-}
-
-/// Whether the pins of the CPU are among the constraints that contradict each other.
-fn lacks_pins_of_cpu(request: &Request<'_>, conflict: &Conflict) -> bool {
-    let cpu = request.parts.len().saturating_sub(1);
-    conflict.fights.iter().any(|fight| fight.constraint == Constraint::Pins { part: cpu })
-}
-
-/// Adds the location of a place, if it is in the chart.
-fn written_at(found: Diagnostic, span: Span) -> Diagnostic {
-    if span == Span::default() { found } else { found.at(span, "placed here") }
-}
-
-/// The place of an object of a group, if the designer placed one.
-fn place_of<'r>(groups: &Groups, request: &Request<'r>, group: usize) -> Option<&'r Place> {
-    request.places.iter().find(|place| groups.of.get(&place.item) == Some(&group))
-}
-
-/// What the device of a part has of a resource.
-fn room(request: &Request<'_>, part: usize, constraint: Constraint) -> Option<u64> {
-    let spec = spec(request.parts.get(part)?, request.reset);
-    match constraint {
-        Constraint::Capacity { resource: 0, .. } => spec.cells,
-        Constraint::Pins { .. } => spec.pins,
-        _ => None,
-    }
-}
-
-/// The constraints that contradict each other, with the required and the available amounts.
-fn fights(net: &Net, groups: &Groups, request: &Request<'_>, conflict: &Conflict) -> Vec<String> {
-    let part = |at: usize| request.parts.get(at).map_or("", |part| part.name.as_str());
-    let amount = |at: usize, what: &str, fight: &Fight| match fight.amount {
-        Some(Amount { need: Some(need), have }) => match room(request, at, fight.constraint) {
-            // After a build that did not fit, the search offers less than the chip has.
-            Some(room) if have < room => format!(
-                "`{}` needs at least {need} {what} by estimate, but no build that used more than {have} of its {room} fitted",
-                part(at)
-            ),
-            _ => format!("`{}` needs at least {need} {what}, but has {have}", part(at)),
-        },
-        Some(Amount { need: None, have }) => format!("`{}` has only {have} {what}", part(at)),
-        None => format!("the {what} of `{}`", part(at)),
-    };
-    conflict
-        .fights
-        .iter()
-        .map(|fight| match fight.constraint {
-            Constraint::Capacity { part: at, resource: 0 } => amount(at, "macrocells", fight),
-            // What is left after a build, by estimate; the finding of that build has the numbers.
-            Constraint::Capacity { part: at, .. } => format!("the memory of `{}`", part(at)),
-            Constraint::Pins { part: at } => amount(at, "pins", fight),
-            Constraint::Allowed { node } => match groups.cpu_only.get(&node) {
-                Some((item, why)) => format!("{} needs the CPU: {why}", item.describe(net)),
-                None => place_of(groups, request, node).map_or_else(
-                    || "an object is placed".to_owned(),
-                    |place| {
-                        format!("{} is placed on `{}`", place.item.describe(net), part(place.part))
-                    },
-                ),
-            },
-            Constraint::Together { .. } => "objects that must be on the same part".to_owned(),
-            Constraint::Forbidden { .. } => "a set of objects did not fit its part".to_owned(),
-        })
-        .collect()
 }
 
 /// The step, transition, variable, output or action with this name. A word before the name selects the kind: `step p1`.

@@ -109,6 +109,7 @@ impl Case {
             chips: &self.chips,
             cpu,
             names: names(self.division.parts.last().expect("it is there")),
+            stem: "plant".to_owned(),
             name: "plant".to_owned(),
             wanted: BTreeMap::new(),
             timing: Timing::default(),

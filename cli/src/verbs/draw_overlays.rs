@@ -22,8 +22,8 @@ pub(super) fn split_parts(
     path: &str,
 ) -> Result<Vec<Part>, Stop> {
     let partition = partition_file(path)?;
-    let requested = parts(&[], &partition)?;
     let written = Written { path: Some(path), partition: &partition };
+    let requested = parts(&[], written)?;
     let places = places(session, net, &[], written, &requested)?;
     let placed = places.into_iter().filter_map(|place| match place.item {
         Item::Step(step) => Some((net.steps[step].meta.span, place.part)),

@@ -50,8 +50,8 @@ pub(crate) fn run(session: &mut Session, arguments: &Arguments) -> Result<Exit, 
         None => split::Written::default(),
         Some(path) => partition_file(path)?,
     };
-    let parts = parts(&arguments.part, &written)?;
     let written = Written { path: arguments.with.as_deref(), partition: &written };
+    let parts = parts(&arguments.part, written)?;
     let places = places(session, net, &arguments.place, written, &parts)?;
     let stem = FileStem::of_path(file).unwrap_or_else(|| FileStem::of_name(&net.name.text));
     let made_of = session.made_of();
@@ -148,11 +148,11 @@ fn explore(
     let stem = FileStem::of_name(&net.name.text);
     let options = BuildOptions { prove: false, ..options(arguments, &stem) };
     let partition = split::Written::default();
+    let written = Written { path: None, partition: &partition };
     let mut found: Vec<Choice> = Vec::new();
     let mut refused: Vec<String> = Vec::new();
     for choice in &choices {
-        let parts = parts(choice, &partition)?;
-        let written = Written { path: None, partition: &partition };
+        let parts = parts(choice, written)?;
         let places = places(session, net, &arguments.place, written, &parts)?;
         let devices: Vec<&str> = parts.iter().map(|part| part.device.name()).collect();
         let devices = devices.join(", ");

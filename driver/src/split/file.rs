@@ -9,8 +9,8 @@ use super::{Request, Split};
 /// The contents of a partition file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Written {
-    /// The parts, in order: name and device.
-    pub parts: Vec<(String, String)>,
+    /// The parts, in order: name, device, and the line number, from 1.
+    pub parts: Vec<(String, String, u32)>,
     /// How the parts run together, if a line says it.
     pub running: Option<Running>,
     /// True if a line says that no wire resets the chips.
@@ -80,6 +80,8 @@ fn plain(net: &Net, item: Item) -> String {
 pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
     let mut written = Written::default();
     let mut wrong = Vec::new();
+    // Some editors begin a file with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     for (number, line) in (1..).zip(text.lines()) {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
@@ -88,7 +90,7 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
         if let Some(rest) = line.strip_prefix("part ")
             && let Some((name, device)) = rest.split_once('=')
         {
-            written.parts.push((name.trim().to_owned(), device.trim().to_owned()));
+            written.parts.push((name.trim().to_owned(), device.trim().to_owned(), number));
         } else if let Some(running) =
             line.strip_prefix("link ").and_then(|it| Running::named(it.trim()))
         {

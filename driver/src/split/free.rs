@@ -3,10 +3,9 @@
 use super::Request;
 use super::link::{Linked, Round, rounded};
 use grafsynth_ir::division::{PartIndex, Running};
-use grafsynth_ir::net::{Net, Transition};
+use grafsynth_ir::net::{Net, Transition, TransitionId};
 use grafsynth_split::cpu::cpu;
 use grafsynth_split::link::{Timing, chip_ns, least_cycles};
-use grafsynth_split::solve::Forbidden;
 use grafsynth_split::{Groups, Item};
 use grafsynth_verify::Settled;
 
@@ -49,16 +48,44 @@ pub fn too_fast(net: &Net, settled: &Settled, linked: &Linked) -> Option<String>
     })
 }
 
-/// The decisions that no deadline allows: a transition on a CPU that needs longer for the shortest program than the deadline of the transition.
-pub(super) fn late_on_cpu(net: &Net, groups: &Groups, request: &Request<'_>) -> Vec<Forbidden> {
-    let at: PartIndex = request.parts.len().saturating_sub(1);
+/// A transition that cannot be on a CPU, because even the shortest program takes longer than its deadline.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Late {
+    pub(super) transition: TransitionId,
+    /// Its group.
+    pub(super) group: usize,
+    /// The CPU.
+    pub(super) part: PartIndex,
+    /// The time from pin to pin with the shortest program.
+    least_ns: u64,
+}
+
+impl Late {
+    /// The deadline, and what the CPU needs at least.
+    pub(super) fn said(&self, net: &Net, part: &str) -> String {
+        let transition = &net.transitions[self.transition];
+        format!(
+            "`{}` has a deadline of {}, but on `{part}` at least {} pass from pin to pin",
+            transition.name,
+            grafsynth_ir::duration(transition.deadline_ns.unwrap_or_default()),
+            rounded(self.least_ns)
+        )
+    }
+}
+
+/// The transitions that no CPU can have in time, if the parts run on their own.
+pub(super) fn late_on_cpu(net: &Net, groups: &Groups, request: &Request<'_>) -> Vec<Late> {
+    let part: PartIndex = request.parts.len().saturating_sub(1);
     let device = request.parts.last().and_then(|part| cpu(part.device.name()));
     let Some(cpu) = device.filter(|_| request.running == Running::Free) else { return Vec::new() };
     let Some(cycles) = least_cycles(cpu) else { return Vec::new() };
     let clocks = 2 * cycles * u64::from(cpu.clocks_per_cycle);
-    let ns = clocks.saturating_mul(1_000_000_000) / u64::from(cpu.clock_hz).max(1);
-    let late = |transition: &Transition| transition.deadline_ns.is_some_and(|limit| limit < ns);
-    let all = net.transitions.iter().filter(|(_, transition)| late(transition));
-    let groups = all.filter_map(|(id, _)| groups.of.get(&Item::Transition(id)));
-    groups.map(|group| Forbidden::Decisions(vec![(*group, at)])).collect()
+    let least_ns = clocks.saturating_mul(1_000_000_000) / u64::from(cpu.clock_hz).max(1);
+    let is_late = |limit: u64| limit < least_ns;
+    let late = |(transition, it): (TransitionId, &Transition)| {
+        it.deadline_ns.filter(|limit| is_late(*limit))?;
+        let group = *groups.of.get(&Item::Transition(transition))?;
+        Some(Late { transition, group, part, least_ns })
+    };
+    net.transitions.iter().filter_map(late).collect()
 }

@@ -11,6 +11,7 @@ use grafsynth_ir::Gather;
 use grafsynth_ir::division::{Division, PartNet, Running, Shown};
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinOutput, PinRole};
+use grafsynth_ir::names::{C, Namer};
 use grafsynth_ir::net::{InputId, Net, Transition, TransitionId};
 use grafsynth_sim::measures_time;
 use grafsynth_split::codes::DEADLINE;
@@ -144,7 +145,8 @@ fn link_on(
         chips: &chips,
         cpu,
         names: of_cpu.map(|part| names(package, &part.net)).unwrap_or_default(),
-        name: stem.identifier(),
+        stem: stem.to_string(),
+        name: Namer::new(&C).name(stem.as_str()).trim_end_matches('_').to_owned(),
         wanted: BTreeMap::new(),
         timing: Timing::default(),
     };
@@ -155,9 +157,9 @@ fn link_on(
     let driver = files(&wanted, &link).into_iter();
     let mut all: Vec<OutputFile> =
         driver.map(|file| OutputFile::new(file.name, file.text)).collect();
-    let name = wanted.name.clone();
-    all.push(OutputFile::new(format!("{name}_wiring.md"), wiring_md(&wanted, &link)));
-    all.push(OutputFile::new(format!("{name}_wiring.svg"), wiring_svg(&wanted, &link)));
+    let (name, stem) = (wanted.name.clone(), &wanted.stem);
+    all.push(OutputFile::new(format!("{stem}_wiring.md"), wiring_md(&wanted, &link)));
+    all.push(OutputFile::new(format!("{stem}_wiring.svg"), wiring_svg(&wanted, &link)));
     let calls = calls(&wanted, &link);
     let (main, wiring) = (smallest_program(&wanted, &link), wiring_rows(&wanted, &link));
     Ok(Linked { link, chips, cpu, name, calls, main, wiring, files: all, round })

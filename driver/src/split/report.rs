@@ -1,7 +1,9 @@
 //! The report of a split: what is where and why, the wires, the wiring, the costs, and what was proved.
 
+use super::conflict::place_of;
+use super::free::late_on_cpu;
 use super::table::{Way, ways};
-use super::{Linked, PartDevice, Request, Split, place_of};
+use super::{Linked, PartDevice, Request, Split};
 use crate::report::Document;
 use crate::report::document::{Block, Figure, Inline, Item as ListItem, Rich, Section, Table};
 use crate::report::proofs::of_line;
@@ -155,12 +157,21 @@ impl Subject<'_> {
                         usages.iter().map(|usage| self.usage(usage)).collect();
                     format!("does not fit: {}", usages.join(", "))
                 }
-                Alternative::Forbidden => "does not fit, as a build shows".to_owned(),
+                Alternative::Forbidden => self.excluded(group, part),
             };
             Some(format!("on `{}`: {what}", self.name(part)))
         };
         let all: Vec<String> = others.iter().enumerate().filter_map(text).collect();
         if all.is_empty() { "not compared".to_owned() } else { all.join("; ") }
+    }
+
+    /// Why the search excluded a group on a part.
+    fn excluded(&self, group: usize, part: usize) -> String {
+        let late = late_on_cpu(self.net, &self.split.groups, self.request);
+        match late.iter().find(|late| late.group == group && late.part == part) {
+            Some(late) => late.said(self.net, self.name(part)),
+            None => "does not fit, as a build shows".to_owned(),
+        }
     }
 
     fn usage(&self, usage: &Usage) -> String {

@@ -6,14 +6,12 @@
 //! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
 //! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
+use super::conflict::{Exclusion, NoPartition, lacks_pins_of_cpu, unplaced};
 use super::free::late_on_cpu;
 use super::link::link_parts;
 use super::memory::{Memory, memory};
 use super::table::crowded;
-use super::{
-    BuiltPart, PartDevice, Request, SoFar, build_cpu, build_part, lacks_pins_of_cpu, misfit, spec,
-    unplaced,
-};
+use super::{BuiltPart, PartDevice, Request, SoFar, build_cpu, build_part, misfit, spec};
 use crate::built::BuildOptions;
 use crate::codes;
 use crate::pipeline;
@@ -71,7 +69,7 @@ pub(super) fn search(
         groups,
         components,
         request,
-        late: late_on_cpu(net, groups, request),
+        late: late_on_cpu(net, groups, request).into_iter().map(Exclusion::late).collect(),
         has_plant: true,
         lacks_pins: false,
         misfits: Vec::new(),
@@ -99,13 +97,13 @@ struct Search<'a> {
     components: &'a [Component],
     request: &'a Request<'a>,
     /// The decisions with which a deadline is missed in any case.
-    late: Vec<Forbidden>,
+    late: Vec<Exclusion>,
     /// Whether the CPU must have pins for the inputs and outputs of the plant, besides those for the link. If nothing fits then, they are connected in another way.
     has_plant: bool,
     /// Whether the CPU had too few pins for some partition.
     lacks_pins: bool,
     /// The partitions that were built and are not better than the best one.
-    misfits: Vec<Forbidden>,
+    misfits: Vec<Exclusion>,
     unfit: usize,
     builds: usize,
     /// The findings of the last chip that could not be built, or of the part on the CPU that exceeded its memory least.
@@ -158,10 +156,12 @@ impl Search<'_> {
         &self,
         specs: &[PartSpec],
         count: Count,
-        excluded: &[Forbidden],
-    ) -> Result<Partition, Unplaced> {
+        exclusions: &[Exclusion],
+    ) -> Result<Partition, NoPartition> {
         let Request { places, objective, .. } = *self.request;
-        partition(self.net, self.groups, specs, places, (objective, count), excluded)
+        let kind = (objective, count);
+        partition(self.net, self.groups, specs, places, kind, &forbidden(exclusions))
+            .map_err(|why| NoPartition { why, exclusions: exclusions.to_vec() })
     }
 
     fn run(&mut self) -> Result<Fitted, Vec<Diagnostic>> {
@@ -178,7 +178,7 @@ impl Search<'_> {
         let kind = (objective, Count::Least);
         for _ in 0..MOST_NEIGHBOURS {
             let from = (&best.partition.part[..], best.value);
-            let excluded = [&self.late[..], &self.misfits].concat();
+            let excluded = forbidden(&[&self.late[..], &self.misfits].concat());
             let next = neighbour(self.net, self.groups, &specs, places, kind, from, &excluded);
             let Ok(Some(next)) = next else { break };
             let tried = whole(&next);
@@ -197,7 +197,7 @@ impl Search<'_> {
     }
 
     /// The first partition from estimates that fits; `Ok(Err(_))` if there is none.
-    fn by_estimates(&mut self) -> Result<Result<Box<Fitted>, Unplaced>, Vec<Diagnostic>> {
+    fn by_estimates(&mut self) -> Result<Result<Box<Fitted>, NoPartition>, Vec<Diagnostic>> {
         let mut specs = self.specs();
         let mut excluded = self.late.clone();
         for _ in 0..MOST_ESTIMATES {
@@ -222,25 +222,25 @@ impl Search<'_> {
                     excluded.push(match why {
                         // A link depends on all parts.
                         Misfit::Link => whole(&partition),
-                        _ => Forbidden::Together { nodes, part },
+                        _ => Exclusion::built(Forbidden::Together { nodes, part }),
                     });
                 }
             }
         }
-        Ok(Err(Unplaced::Unknown))
+        Ok(Err(NoPartition { why: Unplaced::Unknown, exclusions: excluded }))
     }
 
     /// Raises the bound until it meets the best partition, or finds a better one.
     fn by_bounds(
         &mut self,
-        first: Result<Box<Fitted>, Unplaced>,
+        first: Result<Box<Fitted>, NoPartition>,
     ) -> Result<Fitted, Vec<Diagnostic>> {
         let specs = self.specs();
         let mut excluded = [&self.late[..], &self.misfits].concat();
         let (mut best, estimated) = match first {
             Ok(fitted) => (Some(fitted), None),
-            Err(why @ (Unplaced::Conflict(_) | Unplaced::Unknown)) => (None, Some(why)),
-            Err(why) => return Err(unplaced(self.net, self.groups, self.request, &why, 0)),
+            Err(none) if none.may_be_of_estimates() => (None, Some(none)),
+            Err(none) => return Err(unplaced(self.net, self.groups, self.request, &none, 0)),
         };
         let facts = pipeline::facts(self.net, &self.request.options.limits);
         let cells = Cells::new(self.net, &facts, self.groups);
@@ -249,12 +249,13 @@ impl Search<'_> {
         let ended = loop {
             let lower = match self.best(&specs, Count::Least, &excluded) {
                 Ok(lower) => lower,
-                Err(Unplaced::Conflict(conflict)) => {
-                    // Every partition that is left is at least as dear as the best one.
-                    bound = i64::MAX;
-                    break Some(Unplaced::Conflict(conflict));
+                Err(none) => {
+                    if none.is_conflict() {
+                        // Every partition that is left is at least as dear as the best one.
+                        bound = i64::MAX;
+                    }
+                    break Some(none);
                 }
-                Err(why) => break Some(why),
             };
             bound = bound.max(lower.bound);
             self.bound = Some(bound);
@@ -292,29 +293,29 @@ impl Search<'_> {
     /// The finding if nothing fits: constraints that exclude each other in any case, else those of the estimates.
     fn nothing_fits(
         &mut self,
-        estimated: Option<Unplaced>,
-        ended: Option<Unplaced>,
+        estimated: Option<NoPartition>,
+        ended: Option<NoPartition>,
         is_certain: bool,
     ) -> Vec<Diagnostic> {
-        for why in [&estimated, &ended].into_iter().flatten() {
-            if let Unplaced::Conflict(conflict) = why {
+        for none in [&estimated, &ended].into_iter().flatten() {
+            if let Unplaced::Conflict(conflict) = &none.why {
                 self.lacks_pins |= lacks_pins_of_cpu(self.request, conflict);
             }
         }
-        let why = match (estimated, ended) {
-            (_, Some(why @ Unplaced::Conflict(_))) if is_certain => why,
-            (Some(why @ Unplaced::Conflict(_)), _) => why,
-            (_, why) => why.unwrap_or(Unplaced::Unknown),
+        let none = match (estimated, ended) {
+            (_, Some(none)) if is_certain && none.is_conflict() => Some(none),
+            (Some(none), _) if none.is_conflict() => Some(none),
+            (_, none) => none,
         };
-        let mut findings = match why {
-            Unplaced::Unknown => {
+        let mut findings = match none {
+            None | Some(NoPartition { why: Unplaced::Unknown, .. }) => {
                 let message = format!(
                     "no partition found: {} were built, and a device could not hold its part in any of them",
                     grafsynth_ir::counted(self.unfit, "partition", "partitions")
                 );
                 vec![Diagnostic::error(codes::NO_PARTITION, message)]
             }
-            why => unplaced(self.net, self.groups, self.request, &why, self.unfit),
+            Some(none) => unplaced(self.net, self.groups, self.request, &none, self.unfit),
         };
         findings.append(&mut self.last);
         findings
@@ -447,15 +448,20 @@ impl Search<'_> {
 }
 
 /// Exactly this partition.
-fn whole(partition: &Partition) -> Forbidden {
-    Forbidden::Decisions(partition.part.iter().copied().enumerate().collect())
+fn whole(partition: &Partition) -> Exclusion {
+    Exclusion::built(Forbidden::Decisions(partition.part.iter().copied().enumerate().collect()))
+}
+
+/// The decisions alone, for the solver.
+fn forbidden(exclusions: &[Exclusion]) -> Vec<Forbidden> {
+    exclusions.iter().map(|one| one.forbidden.clone()).collect()
 }
 
 /// Decisions of a placement for which a chip has too few macrocells.
-fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> Vec<Forbidden> {
+fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> Vec<Exclusion> {
     let of = |(at, spec): (PartIndex, &PartSpec)| {
         let room = spec.cells.filter(|_| spec.is_chip)?;
-        cells.too_much(at, placement, room).map(Forbidden::Decisions)
+        cells.too_much(at, placement, room).map(Exclusion::macrocells)
     };
     specs.iter().enumerate().filter_map(of).collect()
 }

@@ -25,11 +25,11 @@ pub struct File {
 #[must_use]
 pub fn files(request: &Request<'_>, link: &Link) -> Vec<File> {
     let text = Text::new(request, link);
-    let name = &request.name;
+    let stem = &request.stem;
     vec![
-        File { name: format!("{name}_link.h"), text: text.header() },
-        File { name: format!("{name}_link.c"), text: text.source() },
-        File { name: format!("{name}_link_pins.h"), text: pins_text::pins(request, link) },
+        File { name: format!("{stem}_link.h"), text: text.header() },
+        File { name: format!("{stem}_link.c"), text: text.source() },
+        File { name: format!("{stem}_link_pins.h"), text: pins_text::pins(request, link) },
     ]
 }
 
@@ -40,7 +40,7 @@ pub fn smallest_program(request: &Request<'_>, link: &Link) -> String {
     let name = &request.name;
     let inputs = (!text.members.is_empty()).then(|| format!("{name}_link_in_t"));
     let calls = [format!("{name}_link_init"), format!("{name}_link_round")];
-    main(&request.names, &format!("{name}_link.h"), inputs, text.has_dt, calls)
+    main(&request.names, &format!("{}_link.h", request.stem), inputs, text.has_dt, calls)
 }
 
 /// The smallest program with a part that has no link.
@@ -167,9 +167,10 @@ impl<'l> Text<'l> {
             }
         };
         let mut text = format!(
-            "/* {name}_link: the chart {chart} on a CPU ({cpu}) and chips. Do not edit: it is regenerated from the chart. */\n\
+            "/* {stem}_link: the chart {chart} on a CPU ({cpu}) and chips. Do not edit: it is regenerated from the chart. */\n\
              #ifndef {upper}_LINK_H\n#define {upper}_LINK_H\n\n#include \"{header}\"\n\n#include <stdbool.h>\n#include <stdint.h>\n\n\
              #ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n",
+            stem = comment(&self.request.stem),
             chart = comment(&self.request.net.name.text),
             cpu = self.request.cpu.name,
             header = self.request.names.header,
@@ -216,14 +217,15 @@ impl<'l> Text<'l> {
 
     fn source(&self) -> String {
         let (name, upper) = (&self.request.name, self.request.name.to_uppercase());
-        let cpu = &self.request.names;
+        let (stem, cpu) = (&self.request.stem, &self.request.names);
         let what = match self.request.division.running {
             Running::Lockstep => "one round of the parts",
             Running::Free => "one reaction of the part on the CPU",
         };
         let mut text = format!(
-            "/* {name}_link: {what}, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
-             #include \"{name}_link.h\"\n#include \"{name}_link_pins.h\"\n\n"
+            "/* {about}_link: {what}, in the order that was checked. Do not edit: it is regenerated from the chart. */\n\
+             #include \"{stem}_link.h\"\n#include \"{stem}_link_pins.h\"\n\n",
+            about = comment(stem),
         );
         text += &self.conditions();
         text += &format!(
@@ -429,6 +431,6 @@ fn bit_of(net: &Net, input: InputId, member: &str, bit: u32) -> String {
 }
 
 /// Text in a comment: a name cannot end it.
-fn comment(text: &str) -> String {
+pub(super) fn comment(text: &str) -> String {
     text.replace("*/", "* /")
 }

@@ -17,7 +17,7 @@ use super::{
 use super::{free, in_reset};
 use crate::codes;
 use crate::cpu::{Cpu, Pin};
-use crate::direct;
+use crate::{direct, unused_name};
 
 /// Connects the parts, and lists the acts of a round.
 ///
@@ -121,14 +121,16 @@ impl Maker<'_> {
             all.filter_map(|(part, chip)| Some(End { part, pin: pin(chip)? })).collect()
         };
         let mut namer = Namer::new(&C);
+        // What the chart names keeps its name, in the fuse map of a chip and here.
+        let own = |name| unused_name(request.net, name);
         match self.division().running {
             Running::Lockstep => {
-                self.driven("clock", Carries::Clock, ends(&|chip| chip.clock), &mut namer);
-                self.driven("tick", Carries::Tick, ends(&|chip| chip.tick), &mut namer);
+                self.driven(&own("clock"), Carries::Clock, ends(&|chip| chip.clock), &mut namer);
+                self.driven(&own("tick"), Carries::Tick, ends(&|chip| chip.tick), &mut namer);
             }
             Running::Free => self.oscillator = ends(&|chip| chip.clock),
         }
-        self.driven("reset", Carries::Reset, ends(&|chip| chip.reset), &mut namer);
+        self.driven(&own("reset"), Carries::Reset, ends(&|chip| chip.reset), &mut namer);
         self.connect_inputs(&mut namer);
         self.connect_wires(&mut namer);
         self.connect_moves(&mut namer);
@@ -260,15 +262,16 @@ impl Maker<'_> {
     /// The CPU tells each chip with something that happens once in a reaction whether another round follows.
     fn connect_more(&mut self, namer: &mut Namer) {
         let request = self.request;
-        let mut to = Vec::new();
+        let (mut name, mut to) = ("more", Vec::new());
         for (part, chip) in request.chips.iter().enumerate() {
-            let inputs = request.division.parts[part].inputs.iter();
-            for (input, _) in inputs.filter(|(_, source)| **source == Source::More) {
+            let net = &request.division.parts[part];
+            for (input, _) in net.inputs.iter().filter(|(_, source)| **source == Source::More) {
+                name = &net.net.inputs[input].name.text;
                 let pins = pins_of(&chip.signals, Object::Input(input));
                 to.extend(pins.map(|pin| End { part, pin }));
             }
         }
-        self.driven("more", Carries::More, to, namer);
+        self.driven(name, Carries::More, to, namer);
     }
 
     fn connect_outputs(&mut self, namer: &mut Namer) {

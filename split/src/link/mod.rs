@@ -73,7 +73,9 @@ pub struct Request<'a> {
     pub cpu: &'static Cpu,
     /// The C of the last part.
     pub names: CpuNames,
-    /// The prefix of the names of files and functions: `plant` gives `plant_link.c`.
+    /// The beginning of the names of the files: `plant` gives `plant_link.c`.
+    pub stem: String,
+    /// The prefix of the functions and macros, an identifier: `plant` gives `plant_link_init`.
     pub name: String,
     /// Pins of the CPU that the user chose: the name of a connection and that of the pin.
     pub wanted: BTreeMap<String, String>,

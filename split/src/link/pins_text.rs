@@ -19,8 +19,9 @@ pub(super) fn pins(request: &Request<'_>, link: &Link) -> String {
     let lines: Vec<Line<'_>> =
         link.connections.iter().filter_map(|one| line(one, part, cpu)).collect();
     let mut text = format!(
-        "/* {name}_link_pins: the pins of the CPU ({}). To change a macro, define it before this file is read, or with -D. */\n\
+        "/* {}_link_pins: the pins of the CPU ({}). To change a macro, define it before this file is read, or with -D. */\n\
          #ifndef {upper}_LINK_PINS_H\n#define {upper}_LINK_PINS_H\n\n#include <stdbool.h>\n#include <stdint.h>\n",
+        super::files::comment(&request.stem),
         cpu.name
     );
     text += &preamble(cpu, name, &upper, &lines);

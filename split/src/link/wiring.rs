@@ -9,7 +9,7 @@ use super::{Carries, Connection, End, Link, OSCILLATOR_HZ, Request, in_reset};
 /// The wiring as a table: each connection with its pins, and the resistors.
 #[must_use]
 pub fn wiring_md(request: &Request<'_>, link: &Link) -> String {
-    let (name, cpu) = (&request.name, request.cpu);
+    let (name, cpu) = (&request.stem, request.cpu);
     let mut text = format!(
         "# Wiring of {name}\n\nCPU: `{}` in {}, supply {}. Sources of these figures: {}. Compare all figures that are \"not verified\" with the data sheet before you wire the CPU.\n\n",
         cpu.name, cpu.package, cpu.supply, cpu.source
