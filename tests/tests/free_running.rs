@@ -694,6 +694,7 @@ fn links_have_all_lines_and_spoiled_ones_do_not() {
             chips: &chips,
             cpu: &HOST,
             names: names(&division),
+            stem: "c".to_owned(),
             name: "c".to_owned(),
             wanted: BTreeMap::new(),
             timing: Timing::default(),
