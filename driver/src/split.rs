@@ -183,7 +183,7 @@ pub struct Split {
     pub unfit: usize,
     /// The number of partitions that were built.
     pub builds: usize,
-    /// The number of sets of decisions that were excluded because they need more macrocells than a chip has.
+    /// The number of sets of decisions that were left out at first, because they probably need more macrocells than a chip has.
     pub cuts: usize,
     /// The memories that the part on the CPU needs, or the reason why they are not known.
     pub memory: Result<Memory, String>,

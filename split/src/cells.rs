@@ -1,9 +1,10 @@
-//! The minimum number of macrocells that a chip needs for a set of groups, with any state encoding.
+//! The number of macrocells that a chip probably needs for a set of groups, with any state encoding.
 //!
 //! The steps of a sequential component share one code, and their times share one counter; so a component needs at least the bits of that code and the bits of
 //! its longest time. A variable, a timed action and the operand of an edge have their own bits. A continuous output or a wire needs a macrocell of its own,
-//! unless it is a bit of a code; one that depends on an input is no such bit. The number never falls when another group is placed, on the chip or elsewhere, so
-//! if some decisions exceed a chip, every placement that contains them exceeds it.
+//! unless it is a bit of a code; one that depends on an input is no such bit. The number never falls when another group is placed, on the chip or elsewhere.
+//!
+//! This is no proof: a chip needs fewer if what it reads turns out to be constant or without effect. It decides which partitions are built first, never that one does not fit.
 
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};
@@ -88,7 +89,7 @@ impl<'a> Cells<'a> {
         Cells { facts, groups: groups.groups.iter().map(of).collect(), shown: shown.collect() }
     }
 
-    /// The minimum number of macrocells of a chip with some groups, if others are on other parts.
+    /// The number of macrocells that a chip probably needs for some groups, if others are on other parts.
     #[must_use]
     pub fn least(&self, chip: PartIndex, decisions: &[(NodeIndex, PartIndex)]) -> u64 {
         let (mut steps, mut times) = (BTreeSet::new(), BTreeMap::new());
@@ -141,7 +142,7 @@ impl<'a> Cells<'a> {
         bits + edges.len() as u64 + outputs.max(code_bits)
     }
 
-    /// A minimal set of decisions of a placement that together need more than `room` macrocells of a chip; if any one of them is removed, the rest might fit.
+    /// A minimal set of decisions of a placement that together probably need more than `room` macrocells of a chip; if any one of them is removed, the rest might fit.
     /// `None` if the whole placement might.
     #[must_use]
     pub fn too_much(

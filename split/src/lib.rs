@@ -41,7 +41,7 @@ pub mod together;
 
 pub use cells::Cells;
 pub use divide::divide;
-pub use partition::{Count, Objective, PartSpec, Partition, neighbour, partition};
+pub use partition::{Count, Objective, PartSpec, Partition, given, neighbour, partition};
 pub use pieces::unused_name;
 pub use together::{Bond, Groups, Item, Why, together};
 

@@ -164,6 +164,41 @@ pub fn partition(
     Ok(Partition { owners: owners(net, groups, &part), part, evaluation, bound, alternatives })
 }
 
+/// The partition that the places give, whether it fits or not; `None` if they leave a choice.
+///
+/// # Errors
+/// As [`partition()`], but not for constraints that contradict each other.
+pub fn given(
+    net: &Net,
+    groups: &Groups,
+    parts: &[PartSpec],
+    places: &[Place],
+    (objective, count): (Objective, Count),
+) -> Result<Option<Partition>, Unplaced> {
+    let problem = problem(net, groups, parts, places, (objective, count), &[])?;
+    let only = |node: &Node| {
+        let mut allowed = (0..node.choices.len()).filter(|part| node.choices[*part].is_some());
+        allowed.next().filter(|_| allowed.next().is_none())
+    };
+    let Some(part) = problem.nodes.iter().map(only).collect::<Option<Vec<PartIndex>>>() else {
+        return Ok(None);
+    };
+    placed_at(net, groups, &problem, part).map(Some)
+}
+
+/// A partition of a problem, without a bound for others.
+fn placed_at(
+    net: &Net,
+    groups: &Groups,
+    problem: &Problem,
+    part: Vec<PartIndex>,
+) -> Result<Partition, Unplaced> {
+    let evaluation = solve::evaluate(problem, &part).map_err(Unplaced::Malformed)?;
+    let alternatives = solve::alternatives(problem, &part).map_err(Unplaced::Malformed)?;
+    let owners = owners(net, groups, &part);
+    Ok(Partition { owners, part, evaluation, bound: i64::MIN, alternatives })
+}
+
 /// The partition with the smallest objective among those within a count that differ from this one in the part of one group, if that is below `below`.
 ///
 /// # Errors
@@ -192,10 +227,7 @@ pub fn neighbour(
     let Some((_, group, to)) = best else { return Ok(None) };
     let mut part = part.to_vec();
     part[group] = to;
-    let evaluation = solve::evaluate(&problem, &part).map_err(Unplaced::Malformed)?;
-    let alternatives = solve::alternatives(&problem, &part).map_err(Unplaced::Malformed)?;
-    let owners = owners(net, groups, &part);
-    Ok(Some(Partition { owners, part, evaluation, bound: i64::MIN, alternatives }))
+    placed_at(net, groups, &problem, part).map(Some)
 }
 
 /// The owners of all objects when each group is on its part.

@@ -2,25 +2,28 @@
 //! worse, claims no bound that one of them breaks, and finds a partition if there is one. The CPU of every third net has few pins: a partition whose plant does
 //! not fit them is chosen only if there is no other one.
 //!
-//! `SPLIT_GROUPS=12` uses larger nets.
+//! `SPLIT_GROUPS=12` uses larger nets; `SPLIT_SEED=77` runs one net and prints all its partitions.
 
 #![allow(clippy::disallowed_methods, reason = "the environment defines how large the nets are")]
 #![allow(clippy::print_stdout, reason = "tests report what they did")]
 
-use grafsynth_driver::pipeline::BuildOptions;
+use grafsynth_driver::pipeline::{self, BuildOptions};
 use grafsynth_driver::split::{
     Compile, Cpu, Item, Objective, PartDevice, Place, Program, Request, RequestedPart, Sizes,
     Split, crowded, link, split,
 };
 use grafsynth_driver::stem::FileStem;
-use grafsynth_ir::division::Running;
+use grafsynth_driver::target::Target;
+use grafsynth_ir::division::{Running, round_of};
 use grafsynth_ir::net::Net;
 use grafsynth_ir::{Span, Valid, text};
 use grafsynth_sim::Random;
 use grafsynth_split::codes::{MEMORY, PINS};
-use grafsynth_split::{Groups, together};
+use grafsynth_split::partition::owners;
+use grafsynth_split::{Cells, Groups, divide, together};
 use grafsynth_tests::random_net::{Features, random_net};
-use grafsynth_tests::rounds;
+use grafsynth_tests::{in_parallel, rounds};
+use grafsynth_verify::Limits;
 
 fn net(seed: u64) -> Valid<Net> {
     let features = Features {
@@ -61,9 +64,11 @@ fn places(groups: &Groups, bits: u64) -> Option<Vec<Place>> {
 fn no_partition_that_fits_is_better_than_the_best() {
     let most_groups =
         std::env::var("SPLIT_GROUPS").ok().and_then(|text| text.parse().ok()).unwrap_or(5);
+    let only: Option<u64> = std::env::var("SPLIT_SEED").ok().and_then(|text| text.parse().ok());
     let (mut nets, mut seed, mut misfits, mut none, mut optimal) = (0, 0, 0, 0, 0);
+    seed += only.map_or(0, |only| only - 1);
     let (mut too_large, mut too_few_pins, mut crowded_nets) = (0, 0, 0);
-    while nets < rounds(4, 200) {
+    while nets < only.map_or(rounds(4, 200), |_| 1) {
         seed += 1;
         let net = net(seed);
         let Ok(groups) = together(&net, Running::Lockstep) else { continue };
@@ -110,7 +115,12 @@ fn no_partition_that_fits_is_better_than_the_best() {
         let mut best: Option<(bool, i64)> = None;
         for bits in 0..1u64 << n_groups {
             let Some(places) = places(&groups, bits) else { continue };
-            match split(&places, 1) {
+            let one = split(&places, 1);
+            if only.is_some() {
+                let said = one.as_ref().map(rank).map_err(|why| &why[0].message);
+                println!("{bits:0n_groups$b}: {said:?}");
+            }
+            match one {
                 Ok(one) => {
                     let own = rank(&one);
                     best = Some(best.map_or(own, |best| best.min(own)));
@@ -145,6 +155,49 @@ fn no_partition_that_fits_is_better_than_the_best() {
     println!(
         "{nets} nets, {misfits} partitions do not fit ({too_large} the memory of the CPU, {too_few_pins} its pins), {none} nets fit nowhere, {optimal} proved best; the plant of {crowded_nets} needs more pins than the CPU has"
     );
-    assert!(misfits > too_large, "the chips are never too small");
-    assert!(too_large > 0, "the memory is never too small");
+    if only.is_none() {
+        assert!(misfits > too_large, "the chips are never too small");
+        assert!(too_large > 0, "the memory is never too small");
+    }
+}
+
+/// The number of macrocells that a part probably needs decides what is built first, so it should seldom be more than what a chip uses.
+#[test]
+fn few_chips_hold_their_part_in_fewer_macrocells_than_they_probably_need() {
+    let seeds: Vec<u64> = (1..=rounds(60, 3000)).collect();
+    let of = |seed: &u64| {
+        let net = net(*seed);
+        let groups = together(&net, Running::Lockstep).ok()?;
+        let mut random = Random::new(*seed);
+        let part: Vec<usize> = (0..groups.groups.len())
+            .map(|group| usize::from(groups.cpu_only.contains_key(&group) || random.below(3) == 0))
+            .collect();
+        let limits = Limits::default();
+        let facts = pipeline::facts(&net, &limits);
+        let decisions: Vec<(usize, usize)> = part.iter().copied().enumerate().collect();
+        let least = Cells::new(&net, &facts, &groups).least(0, &decisions);
+        let names = ["chip".to_owned(), "cpu".to_owned()];
+        let components = pipeline::facts(&round_of(&net).ok()?, &limits).components;
+        let division = divide(&net, &groups, owners(&net, &groups, &part), &names, &components);
+        let division = division.expect("the groups are together");
+        let chip = &division.parts[0].net;
+        let options = BuildOptions {
+            dont_cares: true,
+            prove: false,
+            report: true,
+            device: Some("gal22v10".to_owned()),
+            ..BuildOptions::default()
+        };
+        let built =
+            pipeline::build(chip, &pipeline::facts(chip, &limits), &[Target::Jedec], &options);
+        let made = built.chips.first().filter(|chip| chip.misfit.is_none())?;
+        let found = made.cells.len() as u64;
+        Some(found < least)
+    };
+    let all = in_parallel(&seeds, of);
+    let n_built = all.iter().flatten().count();
+    let fewer = all.iter().flatten().filter(|is_fewer| **is_fewer).count();
+    println!("{n_built} chips built, {fewer} need fewer macrocells");
+    assert!(fewer * 10 < n_built, "{fewer} of {n_built} chips need fewer macrocells");
+    assert!(n_built > seeds.len() / 3, "most parts fit the chip");
 }

@@ -28,8 +28,6 @@ pub(super) struct Exclusion {
 pub(super) enum Excluded {
     /// A deadline is missed.
     Late(Late),
-    /// A chip has too few macrocells for them, by a lower bound.
-    Macrocells,
     /// A part was built and did not fit its device, or its link could not be wired.
     Built,
 }
@@ -47,16 +45,11 @@ impl Exclusion {
         Exclusion { forbidden, why: Excluded::Late(late) }
     }
 
-    /// Decisions for which a chip has too few macrocells.
-    pub(super) fn macrocells(decisions: Vec<(usize, PartIndex)>) -> Exclusion {
-        Exclusion { forbidden: Forbidden::Decisions(decisions), why: Excluded::Macrocells }
-    }
-
     /// The transition, if its deadline is the reason.
     fn late_transition(&self) -> Option<&Late> {
         match &self.why {
             Excluded::Late(late) => Some(late),
-            Excluded::Macrocells | Excluded::Built => None,
+            Excluded::Built => None,
         }
     }
 
@@ -278,11 +271,7 @@ fn excluded(net: &Net, groups: &Groups, request: &Request<'_>, one: &Exclusion) 
     decisions.iter().for_each(|&(group, at)| on.entry(at).or_default().push(group));
     let sets =
         on.iter().map(|(at, own)| format!("{} on `{}`", objects(net, groups, own), part(*at)));
-    let why = match one.why {
-        Excluded::Macrocells => "need more macrocells than it has",
-        Excluded::Built | Excluded::Late(_) => "did not fit when built",
-    };
-    format!("{} {why}", sets.format(" with "))
+    format!("{} did not fit when built", sets.format(" with "))
 }
 
 /// The objects of some groups; of many, the first ones and a number.

@@ -1,10 +1,10 @@
 //! The best partition whose devices really hold their parts.
 //!
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
-//! partition may exist where an estimate was too high. Some that differ in one group are built, too. Then a second search counts only what every chip needs ([`Count::Least`]). Its best partition is a lower
-//! bound for all that fit. If that is not below what was found, nothing better exists. Otherwise, if some decisions need more macrocells than a chip has
-//! ([`Cells`]), partitions with these decisions are excluded. Otherwise this partition is built: either it fits and is the best one, or only it is excluded and
-//! the bound may rise. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
+//! partition may exist where an estimate was too high. Some that differ in one group are built, too. Then a second search counts only what every chip needs
+//! ([`Count::Least`]). Its best partition is a lower bound for all that fit. If that is not below what was found, nothing better exists. Otherwise this partition is
+//! built: either it fits and is the best one, or only it is excluded and the bound may rise. Partitions with decisions that probably need more macrocells than a
+//! chip has ([`Cells`]) come last. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
 use super::conflict::{Exclusion, NoPartition, lacks_pins_of_cpu, unplaced};
 use super::free::late_on_cpu;
@@ -26,7 +26,7 @@ use grafsynth_split::cpu::Cpu;
 use grafsynth_split::partition::{Unplaced, memory as estimate};
 use grafsynth_split::solve::{Constraint, Forbidden};
 use grafsynth_split::{
-    Cells, Count, Groups, Objective, PartSpec, Partition, divide, neighbour, partition,
+    Cells, Count, Groups, Objective, PartSpec, Partition, divide, given, neighbour, partition,
 };
 
 /// The number of partitions from estimates that are built before that search ends.
@@ -35,7 +35,7 @@ const MOST_ESTIMATES: usize = 40;
 /// The number of partitions that are built because they differ in one group from the best one and would be better.
 const MOST_NEIGHBOURS: usize = 8;
 
-/// The largest number of sets of decisions that are excluded because they need more macrocells than a chip has.
+/// The largest number of sets of decisions that are left out at first, because they probably need more macrocells than a chip has.
 const MOST_CUTS: usize = 200;
 
 /// A partition whose chips hold their parts.
@@ -52,7 +52,7 @@ pub(super) struct Fitted {
     pub(super) unfit: usize,
     /// The number of partitions that were built.
     pub(super) builds: usize,
-    /// The number of sets of decisions that were excluded without a build.
+    /// The number of sets of decisions that were left out at first, because they probably need too many macrocells.
     pub(super) cuts: usize,
     /// The memories that the part on the CPU needs.
     pub(super) memory: Result<Memory, String>,
@@ -156,20 +156,46 @@ impl Search<'_> {
         &self,
         specs: &[PartSpec],
         count: Count,
-        exclusions: &[Exclusion],
+        (exclusions, others): (&[Exclusion], &[Forbidden]),
     ) -> Result<Partition, NoPartition> {
         let Request { places, objective, .. } = *self.request;
         let kind = (objective, count);
-        partition(self.net, self.groups, specs, places, kind, &forbidden(exclusions))
+        let all = [&forbidden(exclusions)[..], others].concat();
+        partition(self.net, self.groups, specs, places, kind, &all)
             .map_err(|why| NoPartition { why, exclusions: exclusions.to_vec() })
     }
 
     fn run(&mut self) -> Result<Fitted, Vec<Diagnostic>> {
+        if let Some(only) = self.given()? {
+            return Ok(only);
+        }
         let first = match self.by_estimates()? {
             Ok(first) => Ok(self.by_neighbours(first)?),
             none => none,
         };
         self.by_bounds(first)
+    }
+
+    /// The partition, if the places leave no choice and it fits: then no estimate can refuse it. Otherwise the search says why nothing fits.
+    fn given(&mut self) -> Result<Option<Fitted>, Vec<Diagnostic>> {
+        let Request { places, objective, .. } = *self.request;
+        let kind = (objective, Count::Least);
+        let Ok(Some(only)) = given(self.net, self.groups, &self.specs(), places, kind) else {
+            return Ok(None);
+        };
+        let is_late = |late: &Exclusion| {
+            late.forbidden.decisions().iter().all(|(group, at)| only.part.get(*group) == Some(at))
+        };
+        if self.late.iter().any(is_late) {
+            return Ok(None);
+        }
+        Ok(match self.fit(only)? {
+            Fit::Fits(fitted) => {
+                let (bound, unfit, builds) = (fitted.value, self.unfit, self.builds);
+                Some(Fitted { bound, unfit, builds, ..*fitted })
+            }
+            Fit::Misfit { .. } => None,
+        })
     }
 
     /// A better partition that fits, reached by moves of one group at a time; else the same one.
@@ -201,7 +227,7 @@ impl Search<'_> {
         let mut specs = self.specs();
         let mut excluded = self.late.clone();
         for _ in 0..MOST_ESTIMATES {
-            let partition = match self.best(&specs, Count::Estimate, &excluded) {
+            let partition = match self.best(&specs, Count::Estimate, (&excluded, &[])) {
                 Ok(partition) => partition,
                 Err(why) => return Ok(Err(why)),
             };
@@ -230,7 +256,10 @@ impl Search<'_> {
         Ok(Err(NoPartition { why: Unplaced::Unknown, exclusions: excluded }))
     }
 
-    /// Raises the bound until it meets the best partition, or finds a better one.
+    /// Finds better partitions that fit, then raises the bound until it meets the best one.
+    ///
+    /// First, what probably needs too many macrocells is left out, so that the builds are of partitions that may fit. Then it counts, too, because only a build shows
+    /// that a chip cannot hold its part.
     fn by_bounds(
         &mut self,
         first: Result<Box<Fitted>, NoPartition>,
@@ -244,11 +273,18 @@ impl Search<'_> {
         };
         let facts = pipeline::facts(self.net, &self.request.options.limits);
         let cells = Cells::new(self.net, &facts, self.groups);
+        let mut unlikely: Option<Vec<Forbidden>> = Some(Vec::new());
         let mut bound = i64::MIN;
         let (mut fits, mut cuts) = (0, 0);
         let ended = loop {
-            let lower = match self.best(&specs, Count::Least, &excluded) {
+            let others = unlikely.as_deref().unwrap_or_default();
+            let is_bound = others.is_empty();
+            let lower = match self.best(&specs, Count::Least, (&excluded, others)) {
                 Ok(lower) => lower,
+                Err(_) if !is_bound => {
+                    unlikely = None;
+                    continue;
+                }
                 Err(none) => {
                     if none.is_conflict() {
                         // Every partition that is left is at least as dear as the best one.
@@ -257,18 +293,28 @@ impl Search<'_> {
                     break Some(none);
                 }
             };
-            bound = bound.max(lower.bound);
-            self.bound = Some(bound);
-            self.tell();
+            if is_bound {
+                bound = bound.max(lower.bound);
+                self.bound = Some(bound);
+                self.tell();
+            }
             let is_better = best.as_ref().is_none_or(|best| lower.evaluation.value < best.value);
             if !is_better || fits >= self.request.fits {
-                break None;
-            }
-            let too_much = too_much(&specs, &cells, &lower.part);
-            if !too_much.is_empty() && cuts < MOST_CUTS {
-                cuts += too_much.len();
-                excluded.extend(too_much);
+                if is_bound {
+                    break None;
+                }
+                unlikely = None;
                 continue;
+            }
+            if let Some(unlikely) = &mut unlikely
+                && cuts < MOST_CUTS
+            {
+                let too_much = too_much(&specs, &cells, &lower.part);
+                if !too_much.is_empty() {
+                    cuts += too_much.len();
+                    unlikely.extend(too_much);
+                    continue;
+                }
             }
             fits += 1;
             excluded.push(whole(&lower));
@@ -457,11 +503,11 @@ fn forbidden(exclusions: &[Exclusion]) -> Vec<Forbidden> {
     exclusions.iter().map(|one| one.forbidden.clone()).collect()
 }
 
-/// Decisions of a placement for which a chip has too few macrocells.
-fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> Vec<Exclusion> {
+/// Decisions of a placement for which a chip probably has too few macrocells.
+fn too_much(specs: &[PartSpec], cells: &Cells<'_>, placement: &[PartIndex]) -> Vec<Forbidden> {
     let of = |(at, spec): (PartIndex, &PartSpec)| {
         let room = spec.cells.filter(|_| spec.is_chip)?;
-        cells.too_much(at, placement, room).map(Exclusion::macrocells)
+        cells.too_much(at, placement, room).map(Forbidden::Decisions)
     };
     specs.iter().enumerate().filter_map(of).collect()
 }
