@@ -496,7 +496,9 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
             }
         }
     }
-    let mut conditions = output_exprs(net).chain(net.emergency.iter().map(|one| &one.condition));
+    let mut conditions = output_exprs(net)
+        .chain(list_exprs(net))
+        .chain(net.emergency.iter().map(|one| &one.condition));
     let last = conditions
         .find(|condition| condition.leaves().any(|leaf| matches!(leaf, Leaf::LastElapsed(_))));
     if let Some(condition) = last {
