@@ -165,8 +165,8 @@ pub fn emit_options(net: &Net, device: Option<&str>, vectors: Option<Vectors>) -
     }
 }
 
-/// The circuit with `stages` flip-flops before each input that is not declared `synchronous`, before the tick, and before the wire that resets it; their power-up
-/// value is the code of their input at reset.
+/// The circuit with `stages` flip-flops before each input that is not declared `synchronous`, before the tick, and before the wire that resets it. Their power-up
+/// value is the code of their input at reset; those of the wire reset the circuit until they have passed it on.
 #[must_use]
 pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchronise::Chain>) {
     synchronise::add(logic, stages, |pin| match pin.role {
@@ -175,7 +175,8 @@ pub fn synchronised(net: &Net, logic: Logic, stages: u32) -> (Logic, Vec<synchro
             let code = ty.saturate(0).abs_diff(ty.bounds().0);
             Some(code.checked_shr(bit).unwrap_or(0) & 1 == 1)
         }
-        PinRole::Tick | PinRole::Reset => Some(false),
+        PinRole::Tick => Some(false),
+        PinRole::Reset => Some(true),
         _ => None,
     })
 }
@@ -213,14 +214,22 @@ pub(crate) fn may_be_free(net: &Net) -> bool {
 /// The facts proved about a net without its assumptions, if a circuit must not rely on them. In a design with an emergency, the pins must be right even after
 /// an assumption was violated in any chart. `None` if the facts can be used unchanged.
 pub(crate) fn unconditional(net: &Valid<Net>, limits: &Limits) -> Option<Facts> {
+    if may_be_free(net) {
+        return None;
+    }
+    without_assumptions(net).map(|free| facts(&free, limits))
+}
+
+/// The net without its assumptions; `None` if it has none.
+pub(crate) fn without_assumptions(net: &Valid<Net>) -> Option<Valid<Net>> {
     let is_assumed = |property: &Property| property.role == PropertyRole::Assume;
-    if may_be_free(net) || !net.properties.iter().any(is_assumed) {
+    if !net.properties.iter().any(is_assumed) {
         return None;
     }
     let mut free = net.clone().into_inner();
     free.properties.retain(|property| !is_assumed(property));
     // Removing a property keeps a net valid.
-    validate(free).ok().map(|free| facts(&free, limits))
+    validate(free).ok()
 }
 
 /// The reference trace of a stimulus as bits of the circuit's pins, one vector for each clock.

@@ -9,7 +9,7 @@
 //! ```
 
 pub use crate::built::{BuildOptions, Built, MapEntry, OutputFile, Refusal};
-use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional};
+use crate::circuit::{ENUMERATION_WORK, may_be_free, unconditional, without_assumptions};
 pub use crate::circuit::{
     Through, emit_options, facts, logic, logic_as, logic_with_own_timers, refuted, synchronised,
     through, vectors,
@@ -29,6 +29,7 @@ use grafsynth_ir::facts::Facts;
 use grafsynth_ir::net::{Net, Sharing};
 use grafsynth_ir::{Diagnostic, FileId, Valid};
 pub use grafsynth_logic::BusyMode;
+use grafsynth_sim::{InputRow, breaks_assumption};
 use grafsynth_verify::Limits;
 
 /// Errors about variables that the designer declares as not shared with a halted step, although they are (semantics §6). They depend on the
@@ -49,6 +50,14 @@ pub fn build(net: &Valid<Net>, facts: &Facts, targets: &[Target], options: &Buil
     let mut built = Built { found: refused_sharing(net), ..Built::default() };
     if !built.found.is_empty() {
         return built;
+    }
+    // Synchronisers start at 0. So the circuit reacts to a row with all inputs 0 first, which the plant need not give.
+    let zero = InputRow { dt: 0, ..InputRow::zero(net) };
+    if options.synchronise > 0
+        && breaks_assumption(net, &zero)
+        && let Some(free) = without_assumptions(net)
+    {
+        return build(&free, &self::facts(&free, &options.limits), targets, options);
     }
     // This is decided here, so that no later step, not even the advice on what would fit, uses don't-cares that are not allowed for this design.
     let without = (options.dont_cares && !may_be_free(net))

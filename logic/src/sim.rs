@@ -202,6 +202,11 @@ impl<'a> LogicSim<'a> {
     /// Sets the state after power-up: flip-flops at their initial value, inputs 0.
     pub fn reset(&mut self) {
         self.inputs = IdMap::filled(&self.logic.inputs, 0);
+        self.reset_registers();
+    }
+
+    /// Gives all flip-flops their initial values; the inputs keep theirs.
+    pub fn reset_registers(&mut self) {
         self.flops = IdMap::build(&self.logic.flops, |_, flop| all(flop.init));
         self.registers =
             IdMap::build(&self.logic.outputs, |_, output| all(output.registered.unwrap_or(false)));

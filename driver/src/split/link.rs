@@ -12,7 +12,7 @@ use grafsynth_ir::division::{Division, PartNet, Running, Shown};
 use grafsynth_ir::duration;
 use grafsynth_ir::logic::{Logic, Node, NodeId, PinOutput, PinRole};
 use grafsynth_ir::names::{C, Namer};
-use grafsynth_ir::net::{InputId, Net, Transition, TransitionId};
+use grafsynth_ir::net::{InputId, Leaf, Net, Transition, TransitionId};
 use grafsynth_sim::measures_time;
 use grafsynth_split::codes::DEADLINE;
 use grafsynth_split::cpu::{Cpu, HOST};
@@ -60,7 +60,7 @@ pub struct Round {
     /// The time of all these rounds in nanoseconds.
     pub ns: u64,
     /// The longest time from a change of an input to the outputs that follow from it: the change just misses the latch of one reaction, so it waits for the next
-    /// one. Reactions start one tick apart if the chart measures time, else one after another.
+    /// one. In lockstep, reactions start one tick apart if the chart measures time, else one after another.
     pub pin_to_pin_ns: u64,
 }
 
@@ -184,7 +184,9 @@ fn round(
         .saturating_add(cycles * u64::from(cpu.clocks_per_cycle))
         .saturating_mul(u64::from(rounds));
     let ns = nanoseconds(cpu, clocks);
-    let period = if measures_time(net) { net.settings.tick_ns.max(ns) } else { ns };
+    // A part that runs on its own reacts again and again; in lockstep, the rounds of a chart that measures time are one tick apart.
+    let waits = measures_time(net) && wanted.division.running == Running::Lockstep;
+    let period = if waits { net.settings.tick_ns.max(ns) } else { ns };
     let pin_to_pin_ns = period.saturating_add(ns);
     Ok(Round { step, link: cycles, hz, rounds, ns, pin_to_pin_ns })
 }
@@ -219,6 +221,16 @@ fn deadlines(net: &Net, split: &Split, round: &Result<Round, String>) -> Vec<Dia
     let late = |(id, transition): (TransitionId, &Transition)| {
         let owner = split.division.owners.transitions[id];
         if is_free && owner + 1 < split.division.parts.len() {
+            if let Some(step) = step_elsewhere(net, split, id) {
+                let message = format!(
+                    "`{}` has a deadline of {}, but it depends on step `{step}` of another part, whose time is not known",
+                    transition.name,
+                    duration(transition.deadline_ns?)
+                );
+                let found =
+                    Diagnostic::error(DEADLINE, message).at(transition.meta.span, "has a deadline");
+                return Some(found.help("place the step on the same chip, or remove the deadline"));
+            }
             let (needs, deadline) = (chip_ns(&Timing::default()), transition.deadline_ns?);
             return (needs > deadline).then(|| {
                 let message = format!(
@@ -251,6 +263,16 @@ fn deadlines(net: &Net, split: &Split, round: &Result<Round, String>) -> Vec<Dia
         Some(found)
     };
     net.transitions.iter().filter_map(late).collect()
+}
+
+/// A step of another part that a transition reads or leaves.
+fn step_elsewhere<'n>(net: &'n Net, split: &Split, id: TransitionId) -> Option<&'n str> {
+    let owners = &split.division.owners;
+    let transition = &net.transitions[id];
+    let read = transition.guard.leaves().filter_map(Leaf::step);
+    let mut all = transition.requires.iter().copied().chain(read);
+    let step = all.find(|step| owners.steps[*step] != owners.transitions[id])?;
+    Some(&net.steps[step].name.text)
 }
 
 /// The pins of a fitted chip, with the meanings of their signals.

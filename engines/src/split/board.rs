@@ -312,7 +312,7 @@ impl<'a> Device<'a> {
                 }
                 // The circuit that was read back is without its reset.
                 match (is_edge, self.is_reset) {
-                    (true, true) => sim.sim_mut().reset(),
+                    (true, true) => sim.sim_mut().reset_registers(),
                     (true, false) => sim.sim_mut().clock(),
                     (false, _) => {}
                 }

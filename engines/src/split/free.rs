@@ -29,6 +29,7 @@ pub(super) fn run(cpu: OnCpu<'_>, job: &Job<'_>, program: &Program) -> Result<Tr
     let first = whole.reset();
     let mut run = FreeRun {
         rows: Vec::new(),
+        early: Vec::new(),
         sequences: Sequences::new(job.net, &first),
         before: first,
         whole,
@@ -45,6 +46,7 @@ pub(super) fn run(cpu: OnCpu<'_>, job: &Job<'_>, program: &Program) -> Result<Tr
     };
     let nets: Vec<&Net> = run.cpu.division.parts.iter().map(|part| &*part.net).collect();
     run.rows = run.cpu.board.rows(&nets, &run.input);
+    run.early.push(run.rows.clone());
     run.cpu.board.run_free(seed(job.stimulus));
     program.converse(|message| run.answer(message))?;
     Ok(run.trace)
@@ -70,6 +72,8 @@ struct FreeRun<'a> {
     before: Row,
     /// The rows of the parts, that of the CPU last.
     rows: Vec<Row>,
+    /// The rows of the chips from their start until the CPU shows its first one.
+    early: Vec<Vec<Row>>,
     sequences: Sequences,
     /// The number of the current event; 0 is the time after reset.
     event: usize,
@@ -122,7 +126,11 @@ impl FreeRun<'_> {
                 let row = of_chip.and_then(|part| self.cpu.board.row(chip, &part.net, &self.input));
                 if let (Some(row), Some(known)) = (row, self.rows.get_mut(chip)) {
                     *known = row;
-                    self.see();
+                    if self.rows.len() == self.cpu.division.parts.len() {
+                        self.see();
+                    } else {
+                        self.early.push(self.rows.clone());
+                    }
                 }
             }
         }
@@ -147,12 +155,18 @@ impl FreeRun<'_> {
         let is_same = self.rows.get(cpu) == Some(&own);
         match self.rows.get_mut(cpu) {
             Some(row) => *row = own,
-            // Row 0 of the parts.
+            // Row 0 of the parts; the chips may have moved since then.
             None => {
-                self.rows.push(own);
-                let cells = self.trace.layout.row(&self.row());
-                self.trace.push(cells);
-                self.sequences = Sequences::new(self.cpu.net, &self.row());
+                for (at, mut rows) in std::mem::take(&mut self.early).into_iter().enumerate() {
+                    rows.push(own.clone());
+                    self.rows = rows;
+                    if at == 0 {
+                        let cells = self.trace.layout.row(&self.row());
+                        self.trace.push(cells);
+                        self.sequences = Sequences::new(self.cpu.net, &self.row());
+                    }
+                    self.see();
+                }
             }
         }
         self.see();

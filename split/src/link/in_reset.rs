@@ -27,15 +27,17 @@ pub(super) fn level(
             request.division.running == Running::Free && net.steps[step].is_initial
         }
         Carries::Input { input, bit } => {
-            let least = net.inputs[input].ty.bounds().0;
-            let code = safe.get(&input).map_or(0, |value| value.abs_diff(least));
+            let ty = net.inputs[input].ty;
+            // Without an emergency, the input has its value in row 0, as after the start.
+            let value = safe.get(&input).copied().unwrap_or(ty.saturate(0));
+            let code = value.abs_diff(ty.bounds().0);
             code.checked_shr(bit).unwrap_or(0) & 1 == 1
         }
         _ => false,
     }
 }
 
-/// Values of inputs with which the emergency condition is true in every state, and no assumption is violated if all other inputs have their least values. `None` if
+/// Values of inputs with which the emergency condition is true in every state, and no assumption is violated if all other inputs are 0, or next to it. `None` if
 /// none were found: the condition also depends on something that is no input, is never true, or has too many inputs.
 pub(super) fn safe(net: &Net) -> Option<BTreeMap<InputId, i64>> {
     let condition = &net.emergency.as_ref()?.condition;
@@ -105,11 +107,11 @@ fn holds(condition: &Expr, chosen: &BTreeMap<InputId, i64>) -> Option<bool> {
     condition.known(&leaf).map(|value| value != 0)
 }
 
-/// Whether every assumption holds if all other inputs have their least values. Where an assumption is violated, a chip may do anything.
+/// Whether every assumption holds if all other inputs are 0, or next to it. Where an assumption is violated, a chip may do anything.
 fn is_admissible(net: &Net, chosen: &BTreeMap<InputId, i64>) -> bool {
     let leaf = |leaf: &PropertyLeaf| match leaf {
         PropertyLeaf::Net(Leaf::Input(id)) => {
-            Some(chosen.get(id).copied().unwrap_or(net.inputs[*id].ty.bounds().0))
+            Some(chosen.get(id).copied().unwrap_or(net.inputs[*id].ty.saturate(0)))
         }
         _ => None,
     };

@@ -175,7 +175,12 @@ impl<'n> Search<'n> {
 
     fn run(&mut self) -> Result<Settled, Stop> {
         let net = self.net;
-        let inputs = InputRow::zero(net).values;
+        let zero = InputRow { dt: 0, ..InputRow::zero(net) };
+        if breaks_assumption(net, &zero) {
+            let why = "an assumption excludes that all inputs are 0, as they are until the parts have started";
+            return Err(Stop::Open(Open::because(why.to_owned())));
+        }
+        let inputs = zero.values;
         self.whole.reset();
         let first = Rest { whole: self.whole.state().clone(), moment: self.parts.reset(), inputs };
         let start = self.parts.seen(&first.moment);
