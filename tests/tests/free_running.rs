@@ -158,8 +158,13 @@ fn inputs_that_cannot_change_alone_are_open() {
     assert!(open.to_string().contains("can never change alone"), "{open}");
 }
 
+/// The part whose cycle a step, transition or output of a random chart belongs to.
+pub(crate) fn part_of_name(name: &str) -> Option<usize> {
+    name.trim_start_matches(['s', 'O']).split('_').next()?.parse::<usize>().ok()
+}
+
 /// A random chart of two or three cycles that read each other's steps, some with the pattern of request and answer.
-fn random_text(random: &mut Random) -> (String, usize) {
+pub(crate) fn random_text(random: &mut Random) -> (String, usize) {
     let n_parts = 2 + random.below(2);
     let lengths: Vec<usize> = (0..n_parts).map(|_| 2 + random.below(2)).collect();
     let has_time = random.below(3) == 0;
@@ -217,12 +222,12 @@ fn random_text(random: &mut Random) -> (String, usize) {
 }
 
 /// The division of a random chart: each cycle on its own part.
-fn random_division(net: &Valid<Net>, n_parts: usize) -> Division {
+pub(crate) fn random_division(net: &Valid<Net>, n_parts: usize) -> Division {
     let names = ["one", "two", "three"];
     let mut names = names[..n_parts - 1].to_vec();
     names.push("cpu");
     let of = |name: &str| {
-        let part = name.trim_start_matches(['s', 'O']).split('_').next()?.parse::<usize>().ok()?;
+        let part = part_of_name(name)?;
         (part + 1 < n_parts).then_some(part)
     };
     divided(net, &names, of)

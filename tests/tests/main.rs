@@ -24,6 +24,7 @@ mod engines;
 mod evaluators;
 mod facts;
 mod frame;
+mod free_cosim;
 mod free_running;
 mod hostile;
 mod iec;

@@ -363,6 +363,13 @@ impl Search<'_> {
             }
             Some(none) => unplaced(self.net, self.groups, self.request, &none, self.unfit),
         };
+        for one in &mut self.last {
+            // Its advice is for a chart on one chip: another device for the whole of it, or dividing it.
+            if one.code == DOES_NOT_FIT {
+                one.help = None;
+                one.help_in.clear();
+            }
+        }
         findings.append(&mut self.last);
         findings
     }
