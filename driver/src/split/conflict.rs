@@ -139,8 +139,8 @@ fn contradiction(
     message += &fights(net, groups, request, (conflict, exclusions)).join("; ");
     if excluded > 0 {
         message += &format!(
-            " ({} fitted by estimate, but not when built)",
-            counted(excluded, "partition", "partitions")
+            " ({} built, and none fits)",
+            counted(excluded, "partition was", "partitions were")
         );
     }
     let is_pins = lacks_pins_of_cpu(request, conflict);
