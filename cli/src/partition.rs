@@ -86,7 +86,7 @@ pub(crate) fn partition_file(path: &str) -> Result<split::Written, Stop> {
     })
 }
 
-/// The parts from the options or, if there are none, from the partition file.
+/// The parts of the partition file and of the options; a part of an option replaces one of the file that has its name.
 pub(crate) fn parts(options: &[String], written: Written<'_>) -> Result<Vec<RequestedPart>, Stop> {
     let mut wrong = Vec::new();
     let mut all: Vec<(&str, &str, String)> = Vec::new();
@@ -96,10 +96,10 @@ pub(crate) fn parts(options: &[String], written: Written<'_>) -> Result<Vec<Requ
             None => wrong.push(format!("expected --part NAME=DEVICE, found `{text}`")),
         }
     }
-    if options.is_empty() {
-        let of_file = written.partition.parts.iter();
-        all.extend(of_file.map(|(name, device, line)| (&name[..], &device[..], written.at(*line))));
-    }
+    let replaced: Vec<&str> = all.iter().map(|(name, ..)| *name).collect();
+    let of_file =
+        written.partition.parts.iter().filter(|(name, ..)| !replaced.contains(&name.as_str()));
+    all.extend(of_file.map(|(name, device, line)| (&name[..], &device[..], written.at(*line))));
     let mut parts: Vec<RequestedPart> = Vec::new();
     for (name, device, at) in all {
         wrong.extend(wrong_name(name, &parts).map(|why| format!("{at}{why}")));

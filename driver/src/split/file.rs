@@ -83,7 +83,10 @@ pub fn read(text: &str) -> Result<Written, Vec<(u32, String)>> {
     // Some editors begin a file with a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     for (number, line) in (1..).zip(text.lines()) {
-        let line = line.split('#').next().unwrap_or_default().trim();
+        // Tabs and several blanks are one blank.
+        let line: Vec<&str> =
+            line.split('#').next().unwrap_or_default().split_whitespace().collect();
+        let line = line.join(" ");
         if line.is_empty() {
             continue;
         }
