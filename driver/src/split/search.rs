@@ -3,8 +3,8 @@
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
 //! partition may exist where an estimate was too high. Some that differ in one group are built, too. Then a second search counts only what every chip needs
 //! ([`Count::Least`]). Its best partition is a lower bound for all that fit. If that is not below what was found, nothing better exists. Otherwise this partition is
-//! built: either it fits and is the best one, or only it is excluded and the bound may rise. Partitions with decisions that probably need more macrocells than a
-//! chip has ([`Cells`]) come last. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
+//! built: either it fits and is the best one, or only it is excluded and the bound may rise. Partitions that probably need more macrocells ([`Cells`]) or pins
+//! than a device has come last. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
 use super::conflict::{Exclusion, NoPartition, lacks_pins_of_cpu, unplaced};
 use super::free::late_on_cpu;
@@ -258,8 +258,8 @@ impl Search<'_> {
 
     /// Finds better partitions that fit, then raises the bound until it meets the best one.
     ///
-    /// First, what probably needs too many macrocells is left out, so that the builds are of partitions that may fit. Then it counts, too, because only a build shows
-    /// that a chip cannot hold its part.
+    /// First, what probably needs too many macrocells or pins is left out, so that the builds are of partitions that may fit. Then it counts, too, because only a
+    /// build shows that a device cannot hold its part.
     fn by_bounds(
         &mut self,
         first: Result<Box<Fitted>, NoPartition>,
@@ -273,16 +273,21 @@ impl Search<'_> {
         };
         let facts = pipeline::facts(self.net, &self.request.options.limits);
         let cells = Cells::new(self.net, &facts, self.groups);
+        // Nothing is sure of the pins before a build: what a chip does not depend on needs none.
+        let sure: Vec<PartSpec> =
+            specs.iter().map(|spec| PartSpec { pins: None, ..spec.clone() }).collect();
         let mut unlikely: Option<Vec<Forbidden>> = Some(Vec::new());
         let mut bound = i64::MIN;
-        let (mut fits, mut cuts) = (0, 0);
+        let (mut fits, mut cuts, mut likely) = (0, 0, None);
         let ended = loop {
-            let others = unlikely.as_deref().unwrap_or_default();
-            let is_bound = others.is_empty();
-            let lower = match self.best(&specs, Count::Least, (&excluded, others)) {
+            let found = match &unlikely {
+                Some(others) => self.best(&specs, Count::Least, (&excluded, others)),
+                None => self.best(&sure, Count::Least, (&excluded, &[])),
+            };
+            let lower = match found {
                 Ok(lower) => lower,
-                Err(_) if !is_bound => {
-                    unlikely = None;
+                Err(none) if unlikely.take().is_some() => {
+                    likely = Some(none);
                     continue;
                 }
                 Err(none) => {
@@ -293,18 +298,17 @@ impl Search<'_> {
                     break Some(none);
                 }
             };
-            if is_bound {
+            if unlikely.is_none() {
                 bound = bound.max(lower.bound);
                 self.bound = Some(bound);
                 self.tell();
             }
             let is_better = best.as_ref().is_none_or(|best| lower.evaluation.value < best.value);
             if !is_better || fits >= self.request.fits {
-                if is_bound {
-                    break None;
+                if unlikely.take().is_some() {
+                    continue;
                 }
-                unlikely = None;
-                continue;
+                break None;
             }
             if let Some(unlikely) = &mut unlikely
                 && cuts < MOST_CUTS
@@ -331,7 +335,7 @@ impl Search<'_> {
             }
             None => {
                 let is_certain = excluded.len() == self.late.len();
-                Err(self.nothing_fits(estimated, ended, is_certain))
+                Err(self.nothing_fits(estimated, likely, (ended, is_certain)))
             }
         }
     }
@@ -340,18 +344,18 @@ impl Search<'_> {
     fn nothing_fits(
         &mut self,
         estimated: Option<NoPartition>,
-        ended: Option<NoPartition>,
-        is_certain: bool,
+        likely: Option<NoPartition>,
+        (ended, is_certain): (Option<NoPartition>, bool),
     ) -> Vec<Diagnostic> {
-        for none in [&estimated, &ended].into_iter().flatten() {
+        for none in [&estimated, &likely].into_iter().flatten() {
             if let Unplaced::Conflict(conflict) = &none.why {
                 self.lacks_pins |= lacks_pins_of_cpu(self.request, conflict);
             }
         }
-        let none = match (estimated, ended) {
-            (_, Some(none)) if is_certain && none.is_conflict() => Some(none),
-            (Some(none), _) if none.is_conflict() => Some(none),
-            (_, none) => none,
+        let is_conflict = |none: &NoPartition| none.is_conflict();
+        let none = match ended {
+            Some(none) if is_certain && none.is_conflict() => Some(none),
+            ended => estimated.filter(is_conflict).or(likely.filter(is_conflict)).or(ended),
         };
         let mut findings = match none {
             None | Some(NoPartition { why: Unplaced::Unknown, .. }) => {
