@@ -1,5 +1,6 @@
 //! Measures of drawings: what an edit moves, the size of letters on paper, and the links that pages cut. The figures are in docs/benchmarks.md.
 
+use crate::pages::reference;
 use crate::random::random_chart;
 use crate::read_back::{parsed, rounds};
 use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
@@ -190,7 +191,7 @@ fn kinds_of_marks(page: &Picture) -> [usize; 3] {
     let has = |is_it: &dyn Fn(&Shape) -> bool| page.marks.iter().any(|mark| is_it(&mark.shape));
     for mark in &page.marks {
         let Shape::Text { x, y, text, .. } = &mark.shape else { continue };
-        if !text.contains(" / page ") {
+        if reference(text).is_none() {
             continue;
         }
         let tick = |shape: &Shape| matches!(shape, Shape::Line { from, to, .. } if (from.0, to.0, from.1) == (x - 11, x - 3, y - 4) && from.1 == to.1);
@@ -234,7 +235,7 @@ fn links_are_cut_between_pages_only() {
             .collect();
         n_long += long.len();
         // Both ends of a cut link have a mark.
-        let marks = pages.iter().map(|page| count(&page.picture, |text| text.contains(" / page ")));
+        let marks = pages.iter().map(|page| count(&page.picture, |text| reference(text).is_some()));
         let n_here = marks.sum::<usize>() / 2;
         n_cut += n_here;
         // No wider than a page of A4.
