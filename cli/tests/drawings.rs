@@ -98,6 +98,31 @@ fn pages_have_numbered_names_or_are_one_pdf_file() {
     assert!(statechart.status.code() == Some(1) && errors.contains("statechart"), "{errors}");
 }
 
+/// A PNG file that is too long for many viewers is written with a note that names `--page`; a shorter one, and pages, have none.
+#[test]
+fn a_long_png_file_has_a_note() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let chart = |n: usize| {
+        let steps: String = (1..n).map(|n| format!("step s{n}\ns{} -> s{n}\n", n - 1)).collect();
+        format!("chart line {{\ninitial step s0\n{steps}}}\n")
+    };
+    fs::write(folder.join("long.graf"), chart(210)).expect("it is written");
+    fs::write(folder.join("short.graf"), chart(190)).expect("it is written");
+    let errors = done(folder, "draw long.graf -o long.png");
+    assert!(errors.contains(" pixels, and many programs show at most 32767 on a side"), "{errors}");
+    assert!(errors.contains("--page A4"), "{errors}");
+    for line in [
+        "long.graf -o long.png --scale 1",
+        "long.graf -o p.png --page A4",
+        "short.graf -o short.png",
+    ] {
+        let errors = done(folder, &format!("draw {line}"));
+        assert!(!errors.contains("32767"), "{line}: {errors}");
+    }
+    assert!(done(folder, "draw long.graf -o long.png -q").is_empty());
+}
+
 /// Whatever was parsed is drawn; each error is listed, and marked at its element. Nothing is written for a text without a chart, and no pages.
 #[test]
 fn a_chart_with_errors_is_drawn_with_marks() {
