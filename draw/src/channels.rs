@@ -10,10 +10,12 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 
-/// The distance between tracks.
+/// The distance between tracks, which is also the height of a channel without horizontal lines.
 const TRACK: i64 = 14;
-/// The height of a channel without horizontal lines.
-const CHANNEL: i64 = 14;
+/// The distance between tracks on paper.
+const DENSE_TRACK: i64 = 10;
+/// The height of a channel without horizontal lines on paper.
+const DENSE_CHANNEL: i64 = 8;
 /// The length of a link that leads up for each of its arrows, so that a part of it on a page or screen has one.
 const ARROWS: i64 = 600;
 /// Vertical lines that are nearer than this do not share a height.
@@ -337,20 +339,21 @@ impl Routes<'_> {
         let (graph, order) = (self.graph, self.order);
         let n_rows = self.channels.len() - 2;
         let sizes = row_heights(graph, order, n_rows);
+        let (track_height, _) = spaces(graph.is_dense);
         let mut y = 0;
         let mut channel_tops = Vec::new();
         let mut row_tops = Vec::new();
         for (channel, lines) in self.channels.iter().enumerate() {
             channel_tops.push(y);
             let n_tracks = lines.iter().map(|line| line.track + 1).max().unwrap_or(0);
-            y += channel_height(channel, n_rows, n_tracks);
+            y += channel_height(channel, n_rows, n_tracks, graph.is_dense);
             let (above, below) = sizes.get(channel).copied().unwrap_or((0, 0));
             row_tops.push(y + above);
             y += above + below;
         }
         let line_y = |(channel, line): Place| {
             let track = self.channels[channel][line].track;
-            channel_tops[channel] + TRACK + TRACK * i64::try_from(track).unwrap_or(0)
+            channel_tops[channel] + track_height * (1 + i64::try_from(track).unwrap_or(0))
         };
         let nodes: Vec<(i64, i64)> = (0..graph.nodes.len())
             .map(|node| (self.columns.x[node], row_tops[order.row[node]]))
@@ -436,11 +439,22 @@ pub(crate) fn row_heights(graph: &Graph, order: &Order, n_rows: usize) -> Vec<(i
     heights
 }
 
+/// The distance between tracks, and the height of a channel without any.
+fn spaces(is_dense: bool) -> (i64, i64) {
+    if is_dense { (DENSE_TRACK, DENSE_CHANNEL) } else { (TRACK, TRACK) }
+}
+
 /// The height of a channel; above the first row and below the last one it is 0 without lines.
-pub(crate) fn channel_height(channel: usize, n_rows: usize, n_tracks: usize) -> i64 {
+pub(crate) fn channel_height(
+    channel: usize,
+    n_rows: usize,
+    n_tracks: usize,
+    is_dense: bool,
+) -> i64 {
     let is_end = channel == 0 || channel >= n_rows;
     let n_tracks = i64::try_from(n_tracks).unwrap_or(0);
-    if n_tracks == 0 && is_end { 0 } else { CHANNEL + n_tracks * TRACK }
+    let (track, free) = spaces(is_dense);
+    if n_tracks == 0 && is_end { 0 } else { free + n_tracks * track }
 }
 
 /// The line of a detour.

@@ -75,6 +75,16 @@ pub(crate) fn height(frames: &[Frame<'_>], wide: &Range<i64>, high: &Range<i64>)
     above(&continued.collect::<Vec<_>>(), wide, high).height
 }
 
+/// The width of the headings on a page.
+pub(crate) fn widest(frames: &[Frame<'_>], wide: &Range<i64>, high: &Range<i64>) -> i64 {
+    let continued: Vec<_> = frames.iter().filter(|it| it.is_continued(wide, high)).collect();
+    let of = |frame: &&Frame<'_>| {
+        width(&frame.text(frame.right.min(wide.end) - wide.start), Font::Heading.size() * 9 / 8)
+    };
+    let beside = continued.iter().filter(|it| !it.begins_above(high)).map(of).max();
+    above(&continued, wide, high).width.max(beside.unwrap_or(0))
+}
+
 /// Adds the headings of frames that begin to the left of a page, each in its own row, because a frame is empty to the right of its heading. Returns those of
 /// frames that begin above the page, relative to its upper left corner.
 pub(crate) fn headings(

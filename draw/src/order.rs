@@ -38,6 +38,8 @@ pub(crate) struct Graph {
     pub(crate) outs: Vec<Vec<usize>>,
     /// For each node the links to it, in order.
     pub(crate) ins: Vec<Vec<usize>>,
+    /// True on paper: less space between the rows, so that fewer links are cut between pages.
+    pub(crate) is_dense: bool,
 }
 
 impl Graph {
@@ -48,7 +50,7 @@ impl Graph {
             outs[arc.from].push(index);
             ins[arc.to].push(index);
         }
-        Graph { nodes, arcs, outs, ins }
+        Graph { nodes, arcs, outs, ins, is_dense: false }
     }
 
     /// The sets of connected nodes, in the order of their first nodes.

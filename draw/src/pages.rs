@@ -2,14 +2,18 @@
 //!
 //! A drawing that is larger than the paper is cut into rows of pages, and each row between symbols from left to right, where only links cross the cuts, or made
 //! smaller as long as it can be read. Each end of such a link has a mark with the step that the link belongs to and the page of the other end; it is not drawn on
-//! the pages between. A page on which a frame goes on has its heading again (`continued`). Only a part without a place for a cut is made smaller than that.
+//! the pages between. Parts that are narrow enough are columns of one page, and a line joins a link from one column to the next. A page on which a frame goes on has its heading again (`continued`). Only a part without a place for a cut is made smaller than that.
 
+use crate::columns::{Column, Need, Place, beside, pack};
 use crate::continued::{self, Frame};
+use crate::ends::{
+    End, Target, draw as draw_ends, draw_sides, height, label_end, labels, side_width,
+};
 use crate::grid::{Axis, Cut, Link, candidates, division, used};
 use crate::picture::{Font, Mark, Pen, Picture, Shape, Way};
 use crate::text::{cut, width};
 use grafsynth_ir::net::{Evolution, Net};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// The sizes of paper.
@@ -83,12 +87,6 @@ const MARGIN: i64 = 38;
 const BLOCK: i64 = 48;
 /// The width from which texts of the title block are cut.
 const LONGEST_TEXT: i64 = 200;
-/// The height of a row of marks at a cut.
-const ROW: i64 = 14;
-/// The distance of marks from the drawing.
-const GAP: i64 = 8;
-/// The width in which the lines to marks at the side of a page are spread.
-const LEAD: i64 = 14;
 
 /// The page for which marks have room.
 const LAST_PAGE: usize = 999;
@@ -151,15 +149,18 @@ struct Cord<'a> {
     step: &'a str,
     other: usize,
     leads_up: bool,
+    /// True if a line joins both ends, because they are in columns beside each other.
+    is_drawn: bool,
 }
 
-/// A row of pages.
+/// A row of pages, or a column of a page.
 struct Row<'a> {
     high: Range<i64>,
     wide: Range<i64>,
     above: Vec<Cord<'a>>,
     below: Vec<Cord<'a>>,
     cuts: Vec<Cut<'a>>,
+    place: Place,
 }
 
 /// The rows of pages of a drawing.
@@ -178,14 +179,21 @@ impl<'a> Grid<'a> {
             downs = division(&all, &(0..picture.height), room.1, |above, below| {
                 // The links that do not only pass.
                 let ends = |cut: &Cut<'a>, is_here: &dyn Fn(&&Link<'a>) -> bool| {
-                    let links = cut.links.iter().filter(is_here);
-                    labels(links.map(|link| (link.place, link.step, LAST_PAGE)))
+                    let links = || cut.links.iter().filter(is_here);
+                    let labels = labels(links().map(|link| (link.step, Target::WIDEST)));
+                    let end = |(link, label): (&Link<'_>, String)| End {
+                        x: link.place,
+                        label: Some(label),
+                        leads_up: false,
+                    };
+                    links().zip(labels).map(end).collect::<Vec<_>>()
                 };
                 let first = ends(above, &|link| link.to <= below.at);
                 let last = ends(below, &|link| link.from >= above.at);
                 let high = above.resume..below.at;
                 let headings = continued::height(&frames, &(0..picture.width), &high);
-                (headings + high.end - high.start + height(&first) + height(&last), last.len())
+                let marks = height(&first, false) + height(&last, true);
+                (headings + high.end - high.start + marks, last.len())
             });
         }
         let starts = [0].into_iter().chain(downs.iter().map(|cut| cut.resume));
@@ -198,16 +206,16 @@ impl<'a> Grid<'a> {
                 wide = used(picture, Axis::Right, &high);
                 let all = candidates(picture, Axis::Right, &high);
                 cuts = division(&all, &wide, room.0, |left, right| {
-                    (
-                        right.at - left.resume + side_width(left) + side_width(right),
-                        right.links.len(),
-                    )
+                    let marks = side_width(left, LAST_PAGE) + side_width(right, LAST_PAGE);
+                    (right.at - left.resume + marks, right.links.len())
                 });
             }
-            rows.push(Row { high, wide, above: Vec::new(), below: Vec::new(), cuts });
+            let (above, below, place) = (Vec::new(), Vec::new(), Place::default());
+            rows.push(Row { high, wide, above, below, cuts, place });
         }
         let mut grid = Grid { rows, frames };
         grid.find_cords(picture, &downs);
+        grid.find_columns(picture, room);
         grid
     }
 
@@ -226,8 +234,9 @@ impl<'a> Grid<'a> {
             let last = downs.partition_point(|cut| cut.at < to);
             if first < last {
                 let leads_up = arrows.range((x, from)..=(x, to)).next().is_some();
-                self.rows[first].below.push(Cord { x, step, other: last, leads_up });
-                self.rows[last].above.push(Cord { x, step, other: first, leads_up });
+                let cord = |other| Cord { x, step, other, leads_up, is_drawn: false };
+                self.rows[first].below.push(cord(last));
+                self.rows[last].above.push(cord(first));
             }
         }
         for cords in self.rows.iter_mut().flat_map(|row| [&mut row.above, &mut row.below]) {
@@ -236,27 +245,126 @@ impl<'a> Grid<'a> {
         }
     }
 
+    /// Puts rows that are narrow enough beside each other, as columns of one page.
+    fn find_columns(&mut self, picture: &Picture, room: (i64, i64)) {
+        let has_rows = self.rows.len() > 1;
+        let used = |row: &Row<'_>| match has_rows {
+            true => used(picture, Axis::Right, &row.high),
+            false => row.wide.clone(),
+        };
+        let wide: Vec<Range<i64>> = self.rows.iter().map(used).collect();
+        (1..self.rows.len()).for_each(|index| self.draw_links(index, room.1));
+        let need = |(row, wide): (&Row<'a>, &Range<i64>)| {
+            let headings = continued::widest(&self.frames, wide, &row.high);
+            let width = |has_next: bool, has_before: bool| {
+                let is_mark = |cord: &&Cord<'_>, is_near| !(cord.is_drawn && is_near);
+                let above = row.above.iter().filter(|cord| is_mark(cord, has_before));
+                let below = row.below.iter().filter(|cord| is_mark(cord, has_next));
+                let marks = above.chain(below).map(|cord| room_of_mark(cord) - wide.start).max();
+                (wide.end - wide.start).max(headings).max(marks.unwrap_or(0))
+            };
+            let widths = [false, true].map(|next| [width(next, false), width(next, true)]);
+            let n_drawn = row.below.iter().filter(|cord| cord.is_drawn).count();
+            Need { n_pages: row.cuts.len() + 1, width: widths, n_drawn }
+        };
+        let needs: Vec<Need> = self.rows.iter().zip(&wide).map(need).collect();
+        for ((row, wide), place) in self.rows.iter_mut().zip(wide).zip(pack(&needs, room.0)) {
+            row.place = place;
+            if place.n_columns > 1 {
+                row.wide = wide;
+            }
+            let is_first = place.column == 1;
+            row.above.iter_mut().for_each(|cord| cord.is_drawn &= !is_first);
+            let is_last = place.column == place.n_columns;
+            row.below.iter_mut().for_each(|cord| cord.is_drawn &= !is_last);
+        }
+    }
+
+    /// Decides which links from the row before are drawn if both are on one page: those without a mark in their way above the row, if there is room.
+    fn draw_links(&mut self, index: usize, room: i64) {
+        let mut end = i64::MIN;
+        let mut drawn = BTreeSet::new();
+        for cord in &self.rows[index].above {
+            if cord.other + 1 == index && end < cord.x {
+                drawn.insert((cord.x, cord.step));
+            } else {
+                end = room_of_mark(cord);
+            }
+        }
+        let mut set = |is_drawn: bool| {
+            let is_it = |cord: &&mut Cord<'_>| drawn.contains(&(cord.x, cord.step));
+            let before = self.rows[index - 1].below.iter_mut().filter(is_it);
+            before.filter(|cord| cord.other == index).for_each(|cord| cord.is_drawn = is_drawn);
+            let above = self.rows[index].above.iter_mut().filter(is_it);
+            above.filter(|cord| cord.other + 1 == index).for_each(|cord| cord.is_drawn = is_drawn);
+            self.height(index - 1).max(self.height(index))
+        };
+        if set(true) > room {
+            set(false);
+        }
+    }
+
+    /// The height of a row with its marks.
+    fn height(&self, index: usize) -> i64 {
+        let row = &self.rows[index];
+        let ends = |cords: &[Cord<'a>], is_below| height(&self.ends(index, cords), is_below);
+        let headings = continued::height(&self.frames, &row.wide, &row.high);
+        headings + row.high.end - row.high.start + ends(&row.above, false) + ends(&row.below, true)
+    }
+
     /// The number of links that are cut.
     fn n_links(&self) -> usize {
         let n_sides = |row: &Row<'_>| row.cuts.iter().map(|cut| cut.links.len()).sum::<usize>();
-        self.rows.iter().map(|row| row.below.len() + n_sides(row)).sum()
+        let n_below = |row: &Row<'_>| row.below.iter().filter(|cord| !cord.is_drawn).count();
+        self.rows.iter().map(|row| n_below(row) + n_sides(row)).sum()
     }
 
     /// The number of the page of a column in a row, from 1.
     fn page(&self, row: usize, x: i64) -> usize {
-        let before: usize = self.rows.iter().take(row).map(|row| row.cuts.len() + 1).sum();
-        let cuts = self.rows.get(row).map_or(0, |row| row.cuts.partition_point(|it| it.at < x));
-        before + cuts + 1
+        let Some(row) = self.rows.get(row) else { return 0 };
+        row.place.page + row.cuts.partition_point(|it| it.at < x)
     }
 
-    /// The parts of a drawing with their marks.
+    /// The place of the other end of a link, as it is named in a row.
+    fn target(&self, row: usize, cord: &Cord<'_>) -> Target {
+        let page = self.page(cord.other, cord.x);
+        match self.rows.get(cord.other).map(|row| row.place) {
+            // The places are not known yet.
+            Some(Place { n_columns: 0, .. }) => Target::WIDEST,
+            Some(Place { column, n_columns, .. }) if n_columns > 1 => {
+                if page == self.page(row, cord.x) {
+                    Target::Column(column)
+                } else {
+                    Target::PageColumn(page, column)
+                }
+            }
+            _ => Target::Page(page),
+        }
+    }
+
+    /// The ends of links of a row with their marks.
+    fn ends(&self, row: usize, cords: &[Cord<'a>]) -> Vec<End> {
+        let marked = cords.iter().filter(|cord| !cord.is_drawn);
+        let mut labels = labels(marked.map(|cord| (cord.step, self.target(row, cord)))).into_iter();
+        let end = |cord: &Cord<'_>| {
+            let label = if cord.is_drawn { None } else { labels.next() };
+            End { x: cord.x, label, leads_up: cord.leads_up }
+        };
+        cords.iter().map(end).collect()
+    }
+
+    /// The parts of a drawing with their marks, one for each page.
     fn parts(&self, picture: &Picture) -> Vec<Picture> {
         let mut parts = Vec::new();
+        let mut columns = Vec::new();
         for (number, row) in self.rows.iter().enumerate() {
             let ends = row.cuts.iter().map(Some).chain([None]);
             let starts = [None].into_iter().chain(row.cuts.iter().map(Some));
             for (left, right) in starts.zip(ends) {
-                parts.push(self.part(picture, row, (left, right), number));
+                columns.push(self.part(picture, row, (left, right), number));
+                if row.place.column == row.place.n_columns {
+                    parts.push(beside(std::mem::take(&mut columns)));
+                }
             }
         }
         parts
@@ -269,43 +377,42 @@ impl<'a> Grid<'a> {
         row: &Row<'a>,
         (left, right): (Option<&Cut<'a>>, Option<&Cut<'a>>),
         number: usize,
-    ) -> Picture {
+    ) -> Column {
         let start = left.map_or(row.wide.start, |cut| cut.resume);
         let wide = start..right.map_or(row.wide.end, |cut| cut.at);
         let page = self.page(number, wide.end);
         let here = |cords: &[Cord<'a>]| -> Vec<Cord<'a>> {
             cords.iter().filter(|cord| wide.contains(&cord.x)).copied().collect()
         };
-        let (above, below) = (here(&row.above), here(&row.below));
-        let named = |cords: &[Cord<'a>]| {
-            labels(cords.iter().map(|cord| (cord.x, cord.step, self.page(cord.other, cord.x))))
-        };
-        let (names_above, names_below) = (named(&above), named(&below));
+        let (ends_above, ends_below) =
+            (self.ends(number, &here(&row.above)), self.ends(number, &here(&row.below)));
         let mut out = shapes(picture, &wide, &row.high);
         let headings = continued::headings(&mut out, &self.frames, &wide, &row.high);
-        let top = headings.height + height(&names_above);
-        let origin = (left.map_or(0, side_width) - wide.start, top - row.high.start);
+        let top = headings.height + height(&ends_above, false);
+        let left_width = left.map_or(0, |cut| side_width(cut, LAST_PAGE));
+        let origin = (left_width - wide.start, top - row.high.start);
         out.shift(origin.0, origin.1);
         let (end, bottom) = (origin.0 + wide.end, origin.1 + row.high.end);
-        (out.width, out.height) = (end.max(out.width + origin.0), bottom + height(&names_below));
+        out.width = end.max(out.width + origin.0);
+        out.height = bottom + height(&ends_below, true);
         out.put(headings, origin.0 + wide.start, 0);
-        for (cords, names, y, way) in
-            [(above, names_above, top, -1), (below, names_below, bottom, 1)]
-        {
-            for ((cord, (x, label)), row) in cords.iter().zip(&names).zip(rows(&names)) {
-                let away = way * (GAP + row * ROW);
-                mark(&mut out, label, (x + origin.0, y), away, cord.leads_up);
-            }
-        }
+        let above = draw_ends(&mut out, &ends_above, (origin.0, top), false);
+        let below = draw_ends(&mut out, &ends_below, (origin.0, bottom), true);
         let bounds = top..bottom;
         for (cut, x, way) in [(left, origin.0 + wide.start, -1), (right, end, 1)] {
             let other = if way > 0 { page + 1 } else { page - 1 };
             if let Some(cut) = cut {
-                side_marks(&mut out, cut, (x, way), (origin.1, &bounds), other);
+                draw_sides(&mut out, cut, (x, way), (origin.1, &bounds), other);
             }
         }
-        out
+        let drawn = ends_below.iter().filter(|end| end.label.is_none()).map(|end| end.leads_up);
+        Column { picture: out, above, below: below.into_iter().zip(drawn).collect() }
     }
+}
+
+/// The right end of the widest mark that a link can have.
+fn room_of_mark(cord: &Cord<'_>) -> i64 {
+    label_end(cord.x, &format!("{} (9) / {}", cord.step, Target::WIDEST))
 }
 
 /// The pixels of a length in tenths of a millimetre.
@@ -316,56 +423,6 @@ fn pixels(tenths: i64) -> i64 {
 /// By how much a length is too long for a space, in thousandths; at least 1000.
 fn thousandths(length: i64, space: i64) -> i64 {
     ((length * 1000 + space - 1) / space.max(1)).max(1000)
-}
-
-/// The places of links at a border with their marks: the step, and the page of the other end. If several links of a step lead to that page, they are numbered
-/// in their order, which is the same on both pages.
-fn labels<'a>(links: impl Iterator<Item = (i64, &'a str, usize)>) -> Vec<(i64, String)> {
-    let links: Vec<_> = links.collect();
-    let mut numbers: BTreeMap<(&str, usize), (usize, usize)> = BTreeMap::new();
-    for (_, step, page) in &links {
-        numbers.entry((step, *page)).or_default().1 += 1;
-    }
-    let label = |(place, step, page): &(i64, &'a str, usize)| {
-        let (number, all) = numbers.entry((step, *page)).or_default();
-        *number += 1;
-        let number = if *all > 1 { format!(" ({number})") } else { String::new() };
-        (*place, format!("{step}{number} / page {page}"))
-    };
-    links.iter().map(label).collect()
-}
-
-/// The marks of the links at a cut in a row of pages; those of its other side have another page.
-fn side_labels(cut: &Cut<'_>, page: usize) -> Vec<(i64, String)> {
-    labels(cut.links.iter().map(|link| (link.place, link.step, page)))
-}
-
-/// The width of the mark of a link.
-fn label_width(label: &str) -> i64 {
-    width(label, Font::Small.size())
-}
-
-/// The row of the mark of each link, counted from the drawing: below or above a mark, no other link is in its way.
-fn rows(links: &[(i64, String)]) -> Vec<i64> {
-    let mut rows = vec![0; links.len()];
-    for (index, (x, label)) in links.iter().enumerate().rev() {
-        let end = x + 5 + label_width(label) + 4;
-        let right = links.iter().enumerate().skip(index + 1);
-        let in_the_way = right.take_while(|(_, (other, _))| *other < end);
-        rows[index] = in_the_way.map(|(other, _)| rows[other] + 1).max().unwrap_or(0);
-    }
-    rows
-}
-
-/// The height of the marks at a border of a row of pages.
-fn height(links: &[(i64, String)]) -> i64 {
-    rows(links).into_iter().max().map_or(0, |last| (last + 1) * ROW + GAP)
-}
-
-/// The width of the marks on each side of a cut in a row of pages.
-fn side_width(cut: &Cut<'_>) -> i64 {
-    let labels = side_labels(cut, LAST_PAGE);
-    labels.iter().map(|(_, label)| LEAD + 4 + label_width(label)).max().unwrap_or(0)
 }
 
 /// The shapes of a part of a drawing.
@@ -410,52 +467,6 @@ fn shapes(picture: &Picture, wide: &Range<i64>, high: &Range<i64>) -> Picture {
         }
     }
     out
-}
-
-/// The end of a link at the border of a row, as far away as its row of marks; upwards if that is negative.
-fn mark(out: &mut Picture, label: &str, (x, y): (i64, i64), away: i64, leads_up: bool) {
-    let end = y + away + away.signum() * (ROW - GAP) / 2;
-    out.line((x, y), (x, end), Pen::Line);
-    out.line((x - 4, end), (x + 4, end), Pen::Detail);
-    if leads_up {
-        out.add(Shape::Arrow { x, y: y.min(end + 4) - 2, way: Way::Up });
-    }
-    let wide = out.text((x + 7, end + 4), label, Font::Small);
-    out.width = out.width.max(x + 7 + wide);
-}
-
-/// The ends of the links at a cut, from its column on to the left (-1) or to the right (1). The marks are beside their links, or as near as there is space for
-/// all of them in `bounds`.
-fn side_marks(
-    out: &mut Picture,
-    cut: &Cut<'_>,
-    (x, way): (i64, i64),
-    (shift, bounds): (i64, &Range<i64>),
-    page: usize,
-) {
-    let mut heights: Vec<i64> = Vec::new();
-    for Link { place: at, .. } in &cut.links {
-        let free = heights.last().map_or(bounds.start + ROW / 2, |last| last + ROW);
-        heights.push(free.max(at + shift));
-    }
-    let mut free = bounds.end.max(bounds.start + ROW * count(cut.links.len())) - ROW / 2;
-    for height in heights.iter_mut().rev() {
-        *height = free.min(*height);
-        free = *height - ROW;
-    }
-    for ((at, label), height) in side_labels(cut, page).iter().zip(heights) {
-        let end = x + way * LEAD;
-        out.line((x, at + shift), (end, height), Pen::Line);
-        out.line((end, height - 4), (end, height + 4), Pen::Detail);
-        let wide = label_width(label);
-        let left = if way > 0 { end + 3 } else { end - 3 - wide };
-        out.text((left, height + 4), label, Font::Small);
-        out.width = out.width.max(left + wide);
-    }
-}
-
-fn count(n: usize) -> i64 {
-    i64::try_from(n).unwrap_or(i64::MAX / 1000)
 }
 
 /// The title block, at most `most` pixels wide if that is possible.

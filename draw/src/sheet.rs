@@ -77,7 +77,7 @@ pub(crate) fn sheet(parts: Vec<Picture>, content: &Content, title: String) -> Pi
 fn draw_scope(scope: &Scope, framed: bool, room: Option<i64>) -> Picture {
     let margin = if framed { MARGIN } else { 0 };
     let room = room.map(|room| room - 2 * margin);
-    let mut parts = components(scope);
+    let mut parts = components(scope, room.is_some());
     parts.extend(scope.states.as_ref().map(nest::draw));
     parts.extend(scope.inner.iter().map(|inner| draw_scope(inner, true, room)));
     let body = flow(parts, room);
@@ -105,8 +105,8 @@ fn draw_scope(scope: &Scope, framed: bool, room: Option<i64>) -> Picture {
     picture
 }
 
-/// The connected parts of a chart, each laid out.
-fn components(scope: &Scope) -> Vec<Picture> {
+/// The connected parts of a chart, each laid out; with less space between the rows on paper.
+fn components(scope: &Scope, is_on_paper: bool) -> Vec<Picture> {
     let (nodes, mut drawn): (Vec<_>, Vec<_>) =
         scope.symbols.iter().map(crate::symbol::Symbol::draw).unzip();
     let arcs = scope.links.iter().map(|(from, to)| Arc { from: *from, to: *to }).collect();
@@ -127,7 +127,8 @@ fn components(scope: &Scope) -> Vec<Picture> {
         let of = |all: &[Node]| members.iter().map(|node| all[*node].clone()).collect::<Vec<_>>();
         let drawn_nodes = of(&whole.nodes);
         let plain = if scope.plain.is_empty() { drawn_nodes.clone() } else { of(&scope.plain) };
-        let placed = lay_out(&Graph::new(plain, arcs), drawn_nodes);
+        let graph = Graph { is_dense: is_on_paper, ..Graph::new(plain, arcs) };
+        let placed = lay_out(&graph, drawn_nodes);
         let symbols = members.iter().map(|node| std::mem::take(&mut drawn[*node])).collect();
         let own = members.iter().map(|node| &scope.symbols[*node]);
         let names: Vec<Option<&str>> = own.map(crate::symbol::Symbol::of_link).collect();

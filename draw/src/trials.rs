@@ -45,6 +45,8 @@ pub(crate) struct Trials {
     n_rows: usize,
     /// The height of all rows.
     height: i64,
+    /// True on paper.
+    is_dense: bool,
 }
 
 /// A layout that was measured.
@@ -88,7 +90,7 @@ impl Trials {
         }
         let heights = channels::row_heights(graph, order, n_rows);
         let height = heights.iter().map(|(above, below)| above + below).sum();
-        Trials { channels, n_rows, height }
+        Trials { channels, n_rows, height, is_dense: graph.is_dense }
     }
 
     /// Measures a layout.
@@ -136,7 +138,7 @@ impl Trials {
         let (mut n_crossings, mut height) = (0, self.height);
         for (index, (channel, measure)) in self.channels.iter().zip(channels).enumerate() {
             n_crossings += measure.n_crossings;
-            height += channels::channel_height(index, self.n_rows, measure.n_tracks);
+            height += channels::channel_height(index, self.n_rows, measure.n_tracks, self.is_dense);
             if let Some(first) = channel.pieces.first().filter(|_| measure.n_tracks > 0) {
                 left = left.min(x[*first] + measure.left);
                 right = right.max(x[*first] + measure.right);

@@ -1,9 +1,10 @@
 //! Measures of drawings: what an edit moves, the size of letters on paper, and the links that pages cut. The figures are in docs/benchmarks.md.
 
+use crate::pages::reference;
 use crate::random::random_chart;
 use crate::read_back::{parsed, rounds};
 use grafsynth_draw::picture::{Font, Pen, Picture, Shape};
-use grafsynth_draw::{Blank, Counts, Options, Paper, TitleBlock, layout, pages};
+use grafsynth_draw::{Blank, Counts, Options, Page, Paper, TitleBlock, layout, pages};
 use grafsynth_ir::chart::{Design, Item, Path, Step, Transition};
 use grafsynth_ir::{Name, Span};
 use std::collections::{BTreeMap, BTreeSet};
@@ -190,7 +191,7 @@ fn kinds_of_marks(page: &Picture) -> [usize; 3] {
     let has = |is_it: &dyn Fn(&Shape) -> bool| page.marks.iter().any(|mark| is_it(&mark.shape));
     for mark in &page.marks {
         let Shape::Text { x, y, text, .. } = &mark.shape else { continue };
-        if !text.contains(" / page ") {
+        if reference(text).is_none() {
             continue;
         }
         let tick = |shape: &Shape| matches!(shape, Shape::Line { from, to, .. } if (from.0, to.0, from.1) == (x - 11, x - 3, y - 4) && from.1 == to.1);
@@ -206,6 +207,27 @@ fn kinds_of_marks(page: &Picture) -> [usize; 3] {
     kinds
 }
 
+/// The drawing for pages of A4, as `draw --page A4` lays it out.
+fn on_paper(design: &Design) -> Picture {
+    let options = Options { paper: Some(Paper::A4), ..Options::default() };
+    layout(design, &options).expect("it is there")
+}
+
+/// The number of lines of links that are longer than a page of this drawing, so that no choice of cuts keeps them whole.
+fn n_longer_than_a_page(picture: &Picture, pages: &[Page]) -> usize {
+    // The margins and the title block.
+    let inner = |page: &Page| (page.picture.width - 76, page.picture.height - 76 - 48);
+    let Some((wide, high)) = pages.iter().map(inner).max() else { return 0 };
+    let long = picture.marks.iter().filter_map(|mark| match mark.shape {
+        Shape::Line { from, to, pen: Pen::Line } if mark.link.is_some() => {
+            let is_long = to.1 - from.1 > high || to.0 - from.0 > wide;
+            is_long.then_some((from, to))
+        }
+        _ => None,
+    });
+    long.collect::<BTreeSet<_>>().len()
+}
+
 /// Links are cut only between pages: on one sheet, every link is a line.
 #[test]
 fn links_are_cut_between_pages_only() {
@@ -213,8 +235,8 @@ fn links_are_cut_between_pages_only() {
     let (mut narrow, mut kinds) = ((0, 0), [0; 3]);
     for number in 0..rounds(60, 500) {
         let design = parsed(&structured(number));
-        let picture = drawn(&design);
-        assert_eq!(count(&picture, |text| text.contains('→')), 0, "{number}");
+        assert_eq!(count(&drawn(&design), |text| text.contains('→')), 0, "{number}");
+        let picture = on_paper(&design);
         let pages = pages(&picture, Paper::A4, &TitleBlock::default());
         n_all += n_links(&design);
         n_pages += pages.len();
@@ -223,18 +245,9 @@ fn links_are_cut_between_pages_only() {
             let here = kinds_of_marks(&page.picture);
             kinds.iter_mut().zip(here).for_each(|(all, more)| *all += more);
         }
-        // The lines that are longer than a page, even in the smallest readable size.
-        let long: BTreeSet<(i64, i64, &str)> = { picture.marks.iter() }
-            .filter_map(|mark| match &mark.shape {
-                Shape::Line { from, to, .. } if (to.1 - from.1).abs() > 1174 => {
-                    Some((from.0, from.1, mark.link.as_deref()?))
-                }
-                _ => None,
-            })
-            .collect();
-        n_long += long.len();
+        n_long += n_longer_than_a_page(&picture, &pages);
         // Both ends of a cut link have a mark.
-        let marks = pages.iter().map(|page| count(&page.picture, |text| text.contains(" / page ")));
+        let marks = pages.iter().map(|page| count(&page.picture, |text| reference(text).is_some()));
         let n_here = marks.sum::<usize>() / 2;
         n_cut += n_here;
         // No wider than a page of A4.
@@ -242,15 +255,14 @@ fn links_are_cut_between_pages_only() {
             narrow = (narrow.0 + n_here, narrow.1 + n_links(&design));
         }
     }
-    println!(
-        "{n_pages} pages, {n_cut} cuts of {n_all} links: {n_long} longer than a page; {n_borders} borders"
-    );
+    println!("{n_pages} pages, {n_cut} cuts of {n_all} links; {n_borders} borders");
+    println!("{n_long} lines longer than a page, {} other cuts", n_cut - n_long.min(n_cut));
     let [at_sides, up, down] = kinds.map(|marks| marks / 2);
     println!("of the cuts, {at_sides} are sideways, {up} of links that lead up, {down} of others");
     println!("of charts that are not wider than a page: {} of {} links", narrow.0, narrow.1);
     assert!(narrow.0 * 100 <= narrow.1 * 5, "{narrow:?}");
     // The return of a loop is longer than a page, and the sequence below it crosses each cut.
-    assert!(n_cut * 100 <= n_all * 13, "{n_cut} of {n_all} links");
+    assert!(n_cut * 100 <= n_all * 8, "{n_cut} of {n_all} links");
 }
 
 /// On paper, the letters of structured charts have at least 7 points, except on pages without a place for a cut, which are drawn smaller.
@@ -260,7 +272,7 @@ fn letters_on_paper_are_large_enough() {
     let is_small = |percent: i64| Font::Small.size() * percent * 72 < 7 * 96 * 100;
     let (mut n_small, mut n_wide, mut n_all) = (0, 0, 0);
     for number in 0..rounds(60, 500) {
-        let picture = drawn(&parsed(&structured(number)));
+        let picture = on_paper(&parsed(&structured(number)));
         for page in pages(&picture, Paper::A4, &TitleBlock::default()) {
             n_all += 1;
             n_wide += usize::from(page.percent < 100);
@@ -269,5 +281,5 @@ fn letters_on_paper_are_large_enough() {
     }
     println!("{n_all} pages, {n_wide} drawn smaller, {n_small} with letters below 7 points");
     // No place for a cut; `draw` reports them.
-    assert!(n_small * 100 <= n_all * 3, "{n_small} of {n_all} pages");
+    assert!(n_small * 100 <= n_all, "{n_small} of {n_all} pages");
 }

@@ -35,10 +35,37 @@ fn texts(picture: &Picture) -> Vec<String> {
     texts
 }
 
-/// The mark of a cut link: its step and the page of the other end.
-fn reference(text: &str) -> Option<(&str, usize)> {
-    let (step, page) = text.rsplit_once(" / page ")?;
-    Some((step, page.parse().ok()?))
+/// The page and the column that a mark names.
+pub(crate) type Named = (Option<usize>, Option<usize>);
+
+/// The mark of a cut link: its step, and the place of the other end.
+pub(crate) fn reference(text: &str) -> Option<(&str, Named)> {
+    let (step, place) = text.rsplit_once(" / ")?;
+    let number = |text: &str| text.parse().ok();
+    if let Some(column) = place.strip_prefix("column ") {
+        return Some((step, (None, Some(number(column)?))));
+    }
+    let place = place.strip_prefix("page ")?;
+    Some(match place.split_once(", column ") {
+        Some((page, column)) => (step, (Some(number(page)?), Some(number(column)?))),
+        None => (step, (Some(number(place)?), None)),
+    })
+}
+
+/// The lines between the columns of a page.
+fn separators(page: &Picture) -> Vec<i64> {
+    let lines = page.marks.iter().filter_map(|mark| match mark.shape {
+        Shape::Line { from, to, pen: Pen::Grid } if from.0 == to.0 => Some(from.0),
+        _ => None,
+    });
+    lines.collect()
+}
+
+/// The column of a place on a page; `None` if there is only one.
+fn column(page: &Picture, x: i64) -> Option<usize> {
+    let lines = separators(page);
+    let before = lines.iter().filter(|line| **line < x).count();
+    (!lines.is_empty()).then_some(before + 1)
 }
 
 /// What a page says after the heading of a frame that begins on another page.
@@ -75,8 +102,21 @@ fn headings(picture: &Picture) -> BTreeMap<&str, BTreeSet<&str>> {
     all
 }
 
-/// Why a page, read alone, does not say in which frames its symbols are; `all` are the headings around each symbol.
+/// Why a column of a page, read alone, does not say in which frames its symbols are; `all` are the headings around each symbol.
 fn unheaded(page: &Picture, all: &BTreeMap<&str, BTreeSet<&str>>) -> Option<String> {
+    (0..=separators(page).len()).find_map(|at| {
+        let mut part = page.clone();
+        part.marks.retain(|mark| match mark.shape {
+            Shape::Rect { x, .. } | Shape::Text { x, .. } | Shape::Line { from: (x, _), .. } => {
+                column(page, x).unwrap_or(1) == at + 1
+            }
+            _ => true,
+        });
+        unheaded_column(&part, all)
+    })
+}
+
+fn unheaded_column(page: &Picture, all: &BTreeMap<&str, BTreeSet<&str>>) -> Option<String> {
     let is_apart = |one: &(i64, i64, i64, i64), other: &(i64, i64, i64, i64)| {
         one.2 <= other.0 || other.2 <= one.0 || one.3 <= other.1 || other.3 <= one.1
     };
@@ -112,7 +152,8 @@ fn unheaded(page: &Picture, all: &BTreeMap<&str, BTreeSet<&str>>) -> Option<Stri
 /// Checks that the pages show everything once, and returns the number of cut links.
 fn check(picture: &Picture, pages: &[Page]) -> usize {
     let mut seen = Vec::new();
-    let mut references: BTreeMap<(usize, usize), Vec<String>> = BTreeMap::new();
+    type Place = (usize, Option<usize>);
+    let mut references: BTreeMap<(Place, Place), Vec<String>> = BTreeMap::new();
     let headings = headings(picture);
     let mut all = texts(picture);
     for (number, page) in (1..).zip(pages) {
@@ -134,7 +175,9 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
                     // A step may have a name like a mark.
                     match reference(text).filter(|_| !all.contains(text)) {
                         Some((step, other)) => {
-                            let all = references.entry((number, other)).or_default();
+                            let own = (number, column(page, *x));
+                            let other = (other.0.unwrap_or(number), other.1);
+                            let all = references.entry((own, other)).or_default();
                             all.push(step.to_owned());
                             let mut sides = [x - 7, x - 3, x + width + 3].into_iter();
                             assert!(sides.any(|x| ends.contains(&(x, y - 4))), "no link at {text}");
@@ -163,9 +206,9 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
         let mut others = references.get(&(to, from)).cloned().unwrap_or_default();
         steps.sort();
         others.sort();
-        assert_eq!(steps, others, "pages {from} and {to}");
+        assert_eq!(steps, others, "pages {from:?} and {to:?}");
         steps.dedup();
-        assert_eq!(steps.len(), others.len(), "the same mark twice on page {from}: {others:?}");
+        assert_eq!(steps.len(), others.len(), "the same mark twice on page {from:?}: {others:?}");
     }
     references.values().map(Vec::len).sum()
 }
@@ -173,9 +216,9 @@ fn check(picture: &Picture, pages: &[Page]) -> usize {
 #[test]
 fn pages_show_everything_once() {
     let picture = drawn(&example("split-line/line.graf"));
-    for (paper, least) in [(Paper::A4, 3), (Paper::A3, 2), (Paper::Letter, 3)] {
+    for (paper, n_pages) in [(Paper::A4, 2), (Paper::A3, 1), (Paper::Letter, 2)] {
         let pages = pages(&picture, paper, &title());
-        assert!(pages.len() >= least, "{paper:?}: {} pages", pages.len());
+        assert_eq!(pages.len(), n_pages, "{paper:?}");
         assert!(check(&picture, &pages) >= 2 * (pages.len() - 1));
         for page in &pages {
             let Picture { width, height, .. } = page.picture;
@@ -190,26 +233,71 @@ fn pages_show_everything_once() {
     assert_eq!(one[0].percent, 100);
 }
 
+/// A ring of steps.
+pub(crate) fn ring(n: usize) -> Design {
+    let steps: String = (0..n)
+        .map(|n| format!(" {} s{n}\n", if n == 0 { "initial step" } else { "step" }))
+        .collect();
+    let links: String = (0..n).map(|it| format!(" s{it} -> s{}\n", (it + 1) % n)).collect();
+    parsed(&format!("chart line {{\n{steps}{links}}}"))
+}
+
 /// The links at a cut are those of the chart: between both pages, exactly the steps whose links lead from one to the other.
 #[test]
 fn cut_links_name_their_steps() {
-    let steps: String = (0..60)
-        .map(|n| format!(" {} s{n}\n", if n == 0 { "initial step" } else { "step" }))
-        .collect();
-    let links: String = (0..60).map(|n| format!(" s{n} -> s{}\n", (n + 1) % 60)).collect();
-    let picture = drawn(&parsed(&format!("chart line {{\n{steps}{links}}}")));
+    let picture = drawn(&ring(200));
     let pages = pages(&picture, Paper::A4, &title());
     assert!(pages.len() > 2);
     check(&picture, &pages);
     for (number, page) in (1..).zip(&pages) {
         let texts = texts(&page.picture);
+        let marks: Vec<_> = texts.iter().filter_map(|text| reference(text)).collect();
         let marks: BTreeSet<(&str, usize)> =
-            texts.iter().filter_map(|text| reference(text)).collect();
+            marks.into_iter().filter_map(|(step, place)| Some((step, place.0?))).collect();
         // The last transition returns to the first step, past all pages between.
         let other = if number == 1 { pages.len() } else { 1 };
         let is_end = number == 1 || number == pages.len();
         assert_eq!(marks.contains(&("s0", other)), is_end, "{marks:?}");
         assert_eq!(marks.len(), 2, "{marks:?}");
+    }
+}
+
+/// A narrow chart has columns, of which each is read before those to its right; a line leads from one to the next.
+#[test]
+fn a_narrow_chart_has_columns() {
+    for (n, most, columns) in [(10, 1, 1), (20, 1, 2), (1000, 16, 5)] {
+        let options = Options { paper: Some(Paper::A4), ..Options::default() };
+        let picture = layout(&ring(n), &options).expect("it is there");
+        let pages = pages(&picture, Paper::A4, &title());
+        check(&picture, &pages);
+        assert!(pages.len() <= most, "{n} steps on {} pages", pages.len());
+        let mut next = 0;
+        for page in pages.iter().map(|page| &page.picture) {
+            let lines = separators(page);
+            assert!(lines.len() < columns, "{} columns", lines.len() + 1);
+            let boxes = page.marks.iter().filter_map(|mark| match (&mark.element, &mark.shape) {
+                (Some(element), Shape::Rect { x, y, .. }) => Some((column(page, *x), *y, element)),
+                _ => None,
+            });
+            let mut boxes: Vec<_> = boxes.collect();
+            boxes.sort_by_key(|(column, y, _)| (*column, *y));
+            boxes.dedup_by_key(|(.., element)| &element.id);
+            for (.., element) in boxes {
+                assert_eq!(element.id, format!("line.s{next}"));
+                next += 1;
+            }
+            // Each border has a line, which has an arrow because it goes up, or a mark on both sides.
+            let is_arrow = |x: &i64, line: &i64| (line - 20..*line).contains(x);
+            let arrows = page.marks.iter().filter_map(|mark| match mark.shape {
+                Shape::Arrow { x, .. } => Some(x),
+                _ => None,
+            });
+            let n_drawn = arrows.filter(|x| lines.iter().any(|line| is_arrow(x, line))).count();
+            let all = texts(page);
+            let marked = all.iter().filter(|it| matches!(reference(it), Some((_, (None, _)))));
+            assert_eq!(n_drawn + marked.count() / 2, lines.len());
+        }
+        assert_eq!(next, n);
     }
 }
 

@@ -165,7 +165,7 @@ fn understood(
 
 /// Everything that must not be in a drawing: boxes, links, bars or texts that overlap or are nearer than 2 pixels, two links on one line, links through boxes
 /// or texts, and texts over borders.
-fn flaws(svg: &str) -> Option<String> {
+pub(crate) fn flaws(svg: &str) -> Option<String> {
     let Shapes { boxes, frames, links, bars, texts, .. } =
         reader::shapes(svg).expect("it is there");
     let area =

@@ -45,7 +45,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn ends(&self) -> [(i64, i64); 2] {
+    pub(crate) fn ends(&self) -> [(i64, i64); 2] {
         [(self.x1, self.y1), (self.x2, self.y2)]
     }
 
@@ -81,6 +81,8 @@ pub(crate) struct Shapes {
     pub(crate) links: Vec<Line>,
     pub(crate) details: Vec<Line>,
     pub(crate) bars: Vec<Line>,
+    /// The lines between columns of a page.
+    pub(crate) separators: Vec<Line>,
     pub(crate) texts: Vec<Text>,
     /// The middles of tokens.
     pub(crate) dots: Vec<(i64, i64)>,
@@ -122,7 +124,7 @@ pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
                     _ => shapes.frames.push(rect),
                 }
             }
-            ("line", "l" | "d" | "b") => {
+            ("line", "l" | "d" | "b" | "g") => {
                 let [x1, y1, x2, y2] = numbers(&node, ["x1", "y1", "x2", "y2"])?;
                 let line = if (y1, x1) <= (y2, x2) {
                     Line { x1, y1, x2, y2 }
@@ -132,6 +134,7 @@ pub(crate) fn shapes(svg: &str) -> Result<Shapes, String> {
                 match class {
                     "l" => shapes.links.push(line),
                     "d" => shapes.details.push(line),
+                    "g" => shapes.separators.push(line),
                     _ => shapes.bars.push(line),
                 }
             }

@@ -52,7 +52,7 @@ const BOUNDS: [(&str, usize); 9] = [
     ("code lines of c and backend-c", 29_420),
     ("code lines of ir", 21_130),
     ("code lines of driver", 14_290),
-    ("code lines of all crates", 192_350),
+    ("code lines of all crates", 192_800),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),

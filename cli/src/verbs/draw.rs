@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 /// The size in per cent below which a page is reported as hard to read: its smallest letters have fewer than 7 points, instead of 8.25.
 const SMALL: i64 = 85;
 
+/// The longest side of pictures in many viewers and browsers, in pixels.
+const LONGEST_SIDE: i64 = 32_767;
+
 /// The kinds of files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Format {
@@ -223,6 +226,12 @@ fn write_whole(
     }
     let Rendered { bytes, missing } = png(picture, scale).map_err(too_large)?;
     warn_missing(session, "PNG", &missing);
+    let [width, height] = [picture.width, picture.height].map(|it| it * i64::from(scale));
+    if width.max(height) > LONGEST_SIDE {
+        session.note(&format!(
+            "grafsynth: the PNG file has {width} x {height} pixels, and many programs show at most {LONGEST_SIDE} on a side: --page A4 divides the drawing into pages\n"
+        ));
+    }
     products::write(session, vec![(output, bytes)])
 }
 
