@@ -55,8 +55,8 @@ mod times;
 pub mod trace;
 
 pub use engine::check::{Damage, Flaw};
-pub use engine::is_engine_file;
 pub use engine::room::{Room, check_image};
+pub use engine::{is_engine_file, style_of_header};
 pub use harness::{explorer, harness, multi_harness};
 pub use styles::Style;
 

@@ -1,10 +1,11 @@
 //! How the C of a style represents the net, for the proof.
 
+use crate::header::shown;
 use crate::io::INPUT_BITS;
 use crate::names::Names;
 use crate::style_output::StyleOutput;
 use crate::{Options, gate, safe, trace};
-use grafsynth_ir::instance::{Extra, Place, Representation};
+use grafsynth_ir::instance::{Callbacks, Extra, Place, Representation};
 use grafsynth_ir::net::{InputKind, Net, Var, VarOrigin};
 
 /// How the C of a style represents the net.
@@ -61,5 +62,22 @@ pub(crate) fn representation(
         locals: program.locals.clone(),
         extra,
         gate: (options.gate && !program.instance.is_empty()).then(|| gate::hint(net, program)),
+        callbacks: (options.callbacks && !program.instance.is_empty())
+            .then(|| callbacks(net, names)),
+    }
+}
+
+/// The functions that the user's library provides for `--callbacks`.
+fn callbacks(net: &Net, names: &Names) -> Callbacks {
+    let Names { prefix, upper, .. } = names;
+    let steps = net.steps.iter().filter(|(_, step)| shown(step.kind, step.hidden));
+    let transitions = net.transitions.iter().filter(|(_, it)| !it.requires.is_empty());
+    Callbacks {
+        activated: format!("{prefix}_activated"),
+        steps: steps.map(|(id, _)| (id, format!("{upper}_STEP_{}", names.steps[id]))).collect(),
+        enabled: format!("{prefix}_enabled"),
+        transitions: transitions
+            .map(|(id, _)| (id, format!("{upper}_T_{}", names.transitions[id])))
+            .collect(),
     }
 }

@@ -251,3 +251,164 @@ fn another_file_of_the_c_is_named() {
         assert!(text.contains(why), "{text}");
     }
 }
+
+/// What `compare` answers about each form of C that `build` writes: the options, and why the form is refused.
+const FORMS: [(&[&str], &str); 21] = [
+    (&[], ""),
+    (&["--style", "switch"], ""),
+    (&["--style", "tables"], ""),
+    (&["--style", "bits"], ""),
+    (&["--style", "program"], ""),
+    (&["--style", "engine"], "it is C of the style `engine`"),
+    (&["--callbacks"], ""),
+    (&["--gate"], ""),
+    (&["--safe-state"], ""),
+    (&["--trace-ring", "8"], ""),
+    (&["--io", "words"], ""),
+    (&["--for", "avr", "--optimise", "size"], ""),
+    (&["--style", "bits", "--callbacks"], ""),
+    (&["--style", "bits", "--gate", "--io", "words"], ""),
+    (&["--gate", "--safe-state", "--callbacks"], ""),
+    (&["--safe-state", "--callbacks", "--trace-ring", "8"], ""),
+    (&["--style", "program", "--callbacks"], ""),
+    (&["--style", "program", "--gate"], ""),
+    (&["--style", "program", "--io", "words"], ""),
+    (&["--style", "program", "--trace-ring", "8"], ""),
+    (&["--style", "program", "--gate", "--callbacks", "--io", "words"], ""),
+];
+
+/// The C of a chart with these options.
+fn form(options: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    fs::write(folder.path().join("press.graf"), PRESS).expect("a chart");
+    let build = ["build", "press.graf", "-t", "c", "-o", "out", "--no-proof", "--allow", "tested"];
+    let arguments: Vec<&str> = build.iter().chain(options).copied().collect();
+    let (_, text) = run(folder.path(), &arguments);
+    assert!(folder.path().join("out/press.c").is_file(), "{options:?}: {text}");
+    folder
+}
+
+#[test]
+fn each_form_is_proved_and_a_change_is_refuted() {
+    for (options, refusal) in FORMS {
+        let folder = form(options);
+        let (exit, text) = compare(folder.path());
+        if !refusal.is_empty() {
+            assert_eq!(exit, Some(4), "{options:?}: {text}");
+            assert!(text.contains(refusal) && text.contains("c-program"), "{options:?}: {text}");
+            continue;
+        }
+        assert_eq!(exit, Some(0), "{options:?}: {text}");
+        assert!(text.contains("proved by induction"), "{options:?}: {text}");
+        assert!(text.contains("tested: 200 reactions"), "{options:?}: {text}");
+        // The two seconds of the press.
+        let is_image = options.contains(&"program");
+        let (file, from, to) = match is_image {
+            true => ("out/press_tables.c", "0x14, 0x10,", "0x13, 0x10,"),
+            false => ("out/press.c", ">= 20U", ">= 19U"),
+        };
+        edit(folder.path(), file, from, to);
+        let (exit, text) = compare(folder.path());
+        assert_eq!(exit, Some(3), "{options:?}: {text}");
+        assert!(text.contains("differs from the chart"), "{options:?}: {text}");
+    }
+}
+
+#[test]
+fn a_wrong_callback_is_refuted() {
+    for style in ["switch", "bits", "program"] {
+        for is_twice in [false, true] {
+            let folder = form(&["--style", style, "--callbacks"]);
+            let text = fs::read_to_string(folder.path().join("out/press.c")).expect("the C");
+            let call = text.lines().find(|it| it.contains("_activated(PRESS_STEP_work"));
+            let line = call.expect("a call");
+            let new = if is_twice { format!("{line}\n{line}") } else { String::new() };
+            edit(folder.path(), "out/press.c", line, &new);
+            let (exit, text) = compare(folder.path());
+            assert_eq!(exit, Some(3), "{style}: {text}");
+            let why = "`press_activated` and `press_enabled` are not called for exactly";
+            assert!(text.contains(why), "{style}: {text}");
+        }
+    }
+}
+
+/// Numbers of an image: some have no effect, some change the meaning, and some damage the byte code.
+#[test]
+fn edited_byte_code_is_judged() {
+    let tables = "out/press_tables.c";
+    for (file, from, to, exit, why) in [
+        // The checksum is not read by the reset.
+        (tables, "0xB7, 0x7F,", "0x00, 0x7F,", 0, "of the image"),
+        (tables, "0x14, 0x10,", "/* 2 s */ 20, 0x10,", 0, "of the image"),
+        (tables, "0x14, 0x10,", "0x00, 0x10,", 3, "differs from the chart"),
+        // The maximum of `n`, the length of the reaction, and an instruction that does not exist.
+        (
+            tables,
+            "0x09, 0x00, 0x00, 0x00, /* n",
+            "0x08, 0, 0, 0, /* n",
+            3,
+            "differs from the chart",
+        ),
+        (tables, "0xDA, 0x00", "0xD9, 0x00", 4, "no induction"),
+        (tables, "0x11, 0x14, 0x00", "0xFF, 0x14, 0x00", 4, "no induction"),
+        // What the proof does not read.
+        (tables, "= {", "= {\n#if 1\n#endif\n", 4, "the lines with `#`"),
+        (tables, "GS_ROM uint8_t", "const uint8_t", 4, "differ in more than numbers"),
+        (tables, "0x14, 0x10,", "20 + 0, 0x10,", 4, "differ in more than numbers"),
+        ("out/press.h", "PRESS_BITS 1U", "PRESS_BITS 2U", 4, "`press.h` differs"),
+    ] {
+        let folder = form(&["--style", "program"]);
+        edit(folder.path(), file, from, to);
+        let (found, text) = compare(folder.path());
+        assert_eq!(found, Some(exit), "{to}: {text}");
+        assert!(text.contains(why), "{to}: {text}");
+    }
+    let folder = form(&["--style", "program"]);
+    fs::remove_file(folder.path().join("out/press_tables.c")).expect("a file");
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(4), "{text}");
+    assert!(text.contains("there is no `press_tables.c` beside the C"), "{text}");
+    // Without the map, the header of the engine shows which style it is.
+    let folder = form(&["--style", "program"]);
+    fs::remove_file(folder.path().join("out/press.map.json")).expect("a map");
+    let (exit, text) = compare(folder.path());
+    assert_eq!(exit, Some(0), "{text}");
+}
+
+/// A statechart with a history, a queue and delayed sends.
+const DOOR: &str = "chart door {
+    tick 100 ms
+    conflict inner-first
+    queue 2
+    event push, pull, close
+    input light
+    output open, lamp
+    var n: int 0..3
+    initial state shut
+    state ajar { open
+        history last -> low
+        initial state low
+        state high { lamp; entry { raise pull; send close after 3 s as later } }
+        low -> high on push when n < 3 do { n := n + 1 }
+        high -> low after 1 s do { cancel later } }
+    shut -> last on push when light
+    ajar -> shut on pull when not light
+    ajar -> shut on close
+}
+";
+
+#[test]
+fn each_form_of_a_statechart_is_proved() {
+    for style in ["switch", "bits", "program"] {
+        for options in [&[][..], &["--callbacks"], &["--gate"]] {
+            let folder = tempfile::tempdir().expect("a folder");
+            fs::write(folder.path().join("door.graf"), DOOR).expect("a chart");
+            let build = ["build", "door.graf", "-t", "c", "-o", "out", "--no-proof", "--style"];
+            let all: Vec<&str> = build.iter().chain(&[style]).chain(options).copied().collect();
+            let (_, text) = run(folder.path(), &all);
+            assert!(folder.path().join("out/door.c").is_file(), "{style} {options:?}: {text}");
+            let (exit, text) = run(folder.path(), &["compare", "door.graf", "out/door.c"]);
+            assert_eq!(exit, Some(0), "{style} {options:?}: {text}");
+        }
+    }
+}

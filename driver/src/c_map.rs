@@ -25,6 +25,7 @@ pub struct CMap {
     format: String,
     chart: String,
     options: BuiltWith,
+    /// Empty for an image.
     instance: Vec<Member>,
 }
 
@@ -128,7 +129,11 @@ enum Held {
         history: String,
         steps: Vec<Code>,
     },
+    /// A history recorded this state.
+    Recorded(String, String),
     SendTimer(String),
+    /// A send is waiting.
+    SendRuns(String),
     /// A chart by its number in the net: it has ended.
     Ended(u32),
     /// An output, and the chart that ended with it, by their numbers in the net.
@@ -150,10 +155,11 @@ impl CMap {
     /// The map of a package; `None` if the style does not say how it holds the state of the net.
     #[must_use]
     pub fn of(net: &Net, package: &Package, options: &Options) -> Option<CMap> {
-        // A map cannot describe single bits.
+        // A map cannot describe single bits. An image has them, and its instance is the same after any edit.
         let has_bits = |hint: &&Representation| hint.state.iter().any(|it| it.0.bit.is_some());
-        let hint = package.representation.as_ref().filter(|hint| !has_bits(hint))?;
-        let members = hint.state.iter().filter_map(|(place, holds)| {
+        let is_image = !package.image.is_empty();
+        let hint = package.representation.as_ref().filter(|hint| is_image || !has_bits(hint))?;
+        let members = hint.state.iter().filter(|_| !is_image).filter_map(|(place, holds)| {
             let Place { member, element, bit } = place.clone();
             Some(Member { member, element, bit, holds: held(net, holds)? })
         });
@@ -356,8 +362,12 @@ fn held(net: &Net, holds: &Holds) -> Option<Held> {
             Origin::InternalLength => Held::InternalLength,
             Origin::ExternalQueue => Held::ExternalQueue(*element),
             Origin::ExternalLength => Held::ExternalLength,
-            // What one reaction keeps for itself.
-            _ => return None,
+            Origin::SendRuns(id) => Held::SendRuns(net.sends[id].name.text.clone()),
+            Origin::Recorded(history, state) => {
+                Held::Recorded(net.histories[history].name.text.clone(), step(state))
+            }
+            // What only a chip has, and what one reaction keeps for itself.
+            Origin::Region(_) | Origin::Helper => return None,
         },
     })
 }
@@ -466,7 +476,11 @@ impl Names<'_> {
                 let states = steps.iter().map(code).collect::<Result<_, String>>()?;
                 return Ok(Holds::Recorded { history: self.history(history)?, states });
             }
+            Held::Recorded(history, state) => {
+                Origin::Recorded(self.history(history)?, self.step(state)?)
+            }
             Held::SendTimer(name) => Origin::SendTimer(self.send(name)?),
+            Held::SendRuns(name) => Origin::SendRuns(self.send(name)?),
             Held::Ended(number) => Origin::Ended(self.part(*number)?),
             Held::KeptOutput(output, part) => {
                 let output = numbered("output", *output, self.net.outputs.ids())?;

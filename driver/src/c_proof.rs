@@ -9,6 +9,15 @@ use grafsynth_ir::{FileId, Valid};
 use grafsynth_verify::Limits;
 use grafsynth_verify::c_code::{Induction, prove};
 
+/// The end of the name of the file with the image of a chart.
+pub(crate) const TABLES: &str = "_tables.c";
+
+/// The name of the file with the image of a chart that is written with this stem.
+#[must_use]
+pub fn tables_of(stem: &str) -> String {
+    format!("{stem}{TABLES}")
+}
+
 /// The machines: a 64-bit host, an AVR, whose `int` has 16 bits, and a 32-bit ARM, whose `long` has 32 bits and whose `char` is unsigned.
 pub(crate) fn machines() -> [Config; 3] {
     let mut arm = Config::host().define("__arm__", "1");
@@ -53,11 +62,16 @@ pub(crate) fn prove_unit(
     prove(net, facts, unit, hint, limits)
 }
 
+/// A text that includes the file with the tables of a chart, and then its C.
+pub(crate) fn both(tables: &str, chart: &str) -> String {
+    format!("#include \"{tables}\"\n#include \"{chart}\"\n")
+}
+
 /// The tree of a package for a machine.
 pub(crate) fn unit_of(package: &Package, config: &Config) -> Result<Unit, String> {
     let mut files = package.sources();
     // The tables of an engine are a text of their own. They are read first, so that their size is known.
-    let all = format!("#include \"{0}_tables.c\"\n#include \"{0}.c\"\n", package.stem());
+    let all = both(&tables_of(package.stem()), &format!("{}.c", package.stem()));
     if !package.image.is_empty() {
         let file = FileId(u32::try_from(files.len()).unwrap_or(u32::MAX));
         files.insert(0, SourceFile { file, name: "", text: &all });

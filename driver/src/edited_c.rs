@@ -4,9 +4,9 @@
 //! or from its map: the text must declare exactly the interface that `build` would emit. Only the state of the instance is taken from the map, and that is checked.
 
 pub use crate::c_map::CMap;
-use crate::c_proof::{machines, prove_unit, unit_of};
+use crate::c_proof::{TABLES, both, machines, prove_unit, tables_of, unit_of};
 use crate::edit_scope;
-use grafsynth_backend_c::{File, FileKind, Options, Package, emit};
+use grafsynth_backend_c::{File, FileKind, Options, Package, Style, emit, style_of_header};
 use grafsynth_c::tree::types::{Qualified, Type};
 use grafsynth_c::tree::{ItemKind, StructId, Symbol, SymbolKind, Unit};
 use grafsynth_c::walk::each_item;
@@ -45,6 +45,13 @@ pub struct EditedC {
     outside: Option<String>,
     /// The package as `build` would emit it.
     emitted: Package,
+}
+
+/// The style of C that includes the header of an engine.
+#[must_use]
+pub fn style_of_engine(texts: &[CText]) -> Option<Style> {
+    let included: BTreeSet<String> = texts.iter().flat_map(|it| included(&it.text)).gather();
+    included.iter().find_map(|name| style_of_header(name))
 }
 
 /// The names of the files that a text includes with `#include "NAME"`.
@@ -106,10 +113,15 @@ fn defined(unit: &Unit) -> Vec<&Symbol> {
 
 /// The tree of some texts, of which the first is the C file and the others are those that it may include.
 fn read(texts: &[CText], config: &Config) -> Result<Unit, Vec<Diagnostic>> {
-    let files: Vec<SourceFile> = texts
+    let mut files: Vec<SourceFile> = texts
         .iter()
         .map(|it| SourceFile { file: it.file, name: &it.name, text: &it.text })
         .collect();
+    let tables = texts.iter().skip(1).find(|it| it.name.ends_with(TABLES));
+    let all = tables.zip(texts.first()).map(|(tables, main)| both(&tables.name, &main.name));
+    if let Some(all) = &all {
+        files.insert(0, SourceFile { file: FileId(u32::MAX), name: "", text: all });
+    }
     let (unit, found) = parse(&Input { files: &files, verbatim: &[], readers: &[], config });
     unit.ok_or(found)
 }
@@ -126,11 +138,7 @@ pub fn edited(
     options: &Options,
     map: Option<&CMap>,
 ) -> Result<EditedC, Vec<Diagnostic>> {
-    let mut emitted = emit(net, facts, options)?;
-    if !emitted.image.is_empty() {
-        // The tables are a text of their own, which a comparison does not read.
-        emitted.representation = None;
-    }
+    let emitted = emit(net, facts, options)?;
     let unit = read(texts, &Config::host())?;
     let mut package = emitted.clone();
     let main = format!("{}.c", package.stem());
@@ -149,22 +157,35 @@ pub fn edited(
     }
     let mut unreadable = None;
     match (&mut package.representation, map.map(|map| map.state(net))) {
+        // The instance of an image has fixed members.
+        (Some(_), Some(Ok(state))) if !emitted.image.is_empty() => {
+            if !state.is_empty() {
+                unreadable = Some("the map of an image has members".to_owned());
+            }
+        }
         (Some(hint), Some(Ok(state))) => hint.state = state,
         (_, Some(Err(why))) => unreadable = Some(format!("the map does not fit the chart: {why}")),
         (_, None) | (None, Some(Ok(_))) => {}
+    }
+    let tables = tables_of(package.stem());
+    if !emitted.image.is_empty() && !texts.iter().any(|it| it.name == tables) {
+        unreadable = Some(format!("the byte code is missing: there is no `{tables}` beside the C"));
     }
     let outside = {
         let all = texts.iter().map(|it| (it.name.as_str(), it.text.as_str()));
         edit_scope::within(all, &emitted, &package).err()
     };
-    let main = texts.first().map_or(FileId(0), |text| text.file);
-    let beyond = beyond(&unit, main, &package);
+    // The engine is the same for all charts, so it is no part of the edit.
+    let own = texts.iter().enumerate();
+    let own = own.filter(|(at, text)| *at == 0 || style_of_header(&text.name).is_some());
+    let own: BTreeSet<FileId> = own.map(|(_, text)| text.file).gather();
+    let beyond = beyond(&unit, &own, &package);
     Ok(EditedC { package, unit, beyond, unreadable, outside, emitted })
 }
 
 /// The functions that a proof of a package does not cover: those that can be called from outside and are not the reset, a reaction, the
 /// stop or a query.
-fn beyond(unit: &Unit, main: FileId, package: &Package) -> Vec<String> {
+fn beyond(unit: &Unit, own: &BTreeSet<FileId>, package: &Package) -> Vec<String> {
     let prefix = package.prefix();
     let mut covered: BTreeSet<String> =
         ["_init", "_step", "_stop"].iter().map(|suffix| format!("{prefix}{suffix}")).gather();
@@ -174,10 +195,10 @@ fn beyond(unit: &Unit, main: FileId, package: &Package) -> Vec<String> {
         covered.extend(hint.fault.clone());
     }
     let functions = defined(unit);
-    // A static function of the C file can only be called by those that are covered or listed here.
+    // A static function of the C file, or of the header of an engine, can only be called by those that are covered or listed here.
     let callable = functions.iter().filter(|it| {
         let is_static = matches!(it.kind, SymbolKind::Function(kind) if kind.is_static);
-        let is_local = is_static && it.span.0.file == main;
+        let is_local = is_static && own.contains(&it.span.0.file);
         !is_local && !covered.contains(&it.name)
     });
     callable.map(|it| it.name.clone()).collect()

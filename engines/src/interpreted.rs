@@ -116,8 +116,8 @@ impl<'n> Tree<'n> {
     /// The number of a state, which becomes the state after the next answer.
     fn add(&mut self, state: Snapshot, scan: usize) -> Result<Instance, Trouble> {
         let key = self.interpreter.key(&state);
-        let key = key
-            .ok_or_else(|| not_executed("an instance with pointers is not supported".to_owned()))?;
+        let key =
+            key.ok_or_else(|| not_executed("a value of the instance is not known".to_owned()))?;
         let next = self.states.len();
         let instance = *self.numbers.entry(key).or_insert(next);
         if instance == next {
@@ -154,6 +154,7 @@ impl<'n> Tree<'n> {
     fn trouble(&self, stuck: Stuck) -> Trouble {
         match stuck {
             Stuck::Unsupported(why) => not_executed(why),
+            Stuck::Misreported(why) => Trouble::Chart(why),
             Stuck::Undefined(what, span) => {
                 Trouble::Chart(format!("the C {what}, at {}", (self.place)(span)))
             }

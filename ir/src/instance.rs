@@ -2,7 +2,7 @@
 //! it as a hint. The proof checks what the hint states about the state of the net, so a wrong statement can prevent a proof but never cause a wrong one. It
 //! does not check which member of the interface is which input or output, or which function answers which query: this defines the statement that is proved.
 
-use crate::net::{HistoryId, InputId, OutputId, StepId, VarId};
+use crate::net::{HistoryId, InputId, OutputId, StepId, TransitionId, VarId};
 use crate::program::Origin;
 
 pub use crate::program::Carried;
@@ -34,6 +34,22 @@ pub struct Representation {
     pub extra: Vec<(Place, Extra)>,
     /// If `PREFIX_step` skips reactions that cannot change anything: the members that it decides by. The reaction itself is `PREFIX_reaction`.
     pub gate: Option<Gate>,
+    /// The functions of the user's library that each reaction calls for what it changed, if there are any.
+    pub callbacks: Option<Callbacks>,
+}
+
+/// The functions of the user's library that a reaction calls for what it changed: once for each of these steps that it activated or deactivated, and once for
+/// each of these transitions that it enabled. The order of the calls has no meaning.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Callbacks {
+    /// The function that is called with a step, and whether it is active now.
+    pub activated: String,
+    /// The steps, each with the constant that stands for it.
+    pub steps: Vec<(StepId, String)>,
+    /// The function that is called with a transition.
+    pub enabled: String,
+    /// The transitions, each with the constant that stands for it.
+    pub transitions: Vec<(TransitionId, String)>,
 }
 
 /// The members by which `PREFIX_step` decides whether it skips a reaction.

@@ -61,6 +61,29 @@ fn random_charts_come_back_from_their_maps() {
     }
 }
 
+/// Everything that a proof needs is in the map, also what only statecharts have: histories, queues, delayed sends.
+#[test]
+fn the_state_of_random_statecharts_comes_back_from_their_maps() {
+    let mut n_maps = 0;
+    for seed in 0..rounds(40, 2_000) {
+        let net = random_net(seed, &Features::everything().some(seed));
+        if !net.settings.policy.is_statechart() {
+            continue;
+        }
+        let facts = facts(&net, &small_limits());
+        for style in [Style::Switch, Style::Bits] {
+            let options = Options { style, ..Options::default() };
+            let Ok(package) = emit(&net, &facts, &options) else { continue };
+            let Some(map) = CMap::of(&net, &package, &options) else { continue };
+            let hint = package.representation.as_ref().expect("a map was written");
+            let read = CMap::parse(&map.to_text()).expect("a map that was just written");
+            assert_eq!(read.state(&net).as_ref(), Ok(&hint.state), "{}", readable(&net));
+            n_maps += 1;
+        }
+    }
+    assert!(n_maps >= 10, "{n_maps}");
+}
+
 #[test]
 fn a_changed_number_is_found_by_executing_the_text() {
     let text = "chart own { tick 100 ms evolution single input a output q var n: int 0..9

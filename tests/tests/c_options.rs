@@ -74,6 +74,24 @@ const ASKS: &str = "chart asks {
 }
 ";
 
+/// Several micro-steps in a reaction, which are a loop in the style `bits` and in byte code; a counted step, which is hidden and always active.
+const STABLE: &str = "chart chain {
+    tick 10 ms
+    conflict priority
+    evolution stable
+    input go, back
+    output a, b
+    initial step s0
+    step s1 { a }
+    step s2
+    step s3 { b }
+    s0 -> s1 when go
+    s1 -> s2 when back
+    s2 -> s3 when go
+    s3 -> s0 after 1 s
+}
+";
+
 fn emitted(net: &Valid<Net>, options: Options) -> Package {
     let options = Options { prefix: Some("own".to_owned()), ..options };
     emit(net, &facts(net, &small_limits()), &options).expect("the style supports it")
@@ -118,6 +136,96 @@ fn charts_with_each_option_are_proved() {
         }
     }
     assert!(all.len() >= 24, "{}", all.len());
+}
+
+/// The charts and styles with callbacks, alone and with other options.
+fn packages_with_callbacks() -> Vec<(Valid<Net>, String, Package)> {
+    let mut all = Vec::new();
+    let charts = [("pump.graf", GRAFCET), ("door.graf", STATECHART), ("chain.graf", STABLE)];
+    for (name, text) in charts {
+        let net = chart(name, text);
+        let facts = facts(&net, &small_limits());
+        for style in [Style::Switch, Style::Tables, Style::Bits, Style::Program] {
+            for gate in [false, true] {
+                for safe_state in [false, true] {
+                    let trace = (!gate).then_some(3);
+                    let prefix = Some("own".to_owned());
+                    let options = Options {
+                        style,
+                        gate,
+                        safe_state,
+                        trace,
+                        prefix,
+                        callbacks: true,
+                        ..Options::default()
+                    };
+                    if let Ok(package) = emit(&net, &facts, &options) {
+                        let what = format!(
+                            "{name} as {}, gate {gate}, safe state {safe_state}",
+                            style.name()
+                        );
+                        all.push((net.clone(), what, package));
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn charts_with_callbacks_are_proved() {
+    let all = packages_with_callbacks();
+    let answers = in_parallel(&all, |(net, _, package)| proved(net, package));
+    let wrong: Vec<String> = (all.iter().zip(answers))
+        .filter_map(|((_, what, _), answer)| Some(format!("{what}: {}", answer.err()?)))
+        .collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(all.len() >= 36, "{}", all.len());
+}
+
+/// A call is left out, is there twice, or has another argument; one has another condition; no reaction makes any.
+#[test]
+fn a_wrong_callback_is_not_proved() {
+    let all = packages_with_callbacks().into_iter();
+    for (net, what, package) in all.filter(|(_, what, _)| !what.contains("true")) {
+        let file = package.files.iter().find(|file| file.name.ends_with(".c"));
+        let text = file.map(|file| file.text.clone()).unwrap_or_default();
+        let calls: Vec<&str> = text
+            .lines()
+            .filter(|line| line.contains("own_activated(") || line.contains("own_enabled("))
+            .collect();
+        assert!(calls.len() >= 6, "{text}");
+        let whole = text.split("static void own_notify").nth(1).unwrap_or_default();
+        let whole = whole.split("\n}\n").next().unwrap_or_default().to_owned();
+        let mut mutants: Vec<(String, String)> = Vec::new();
+        for (at, call) in calls.iter().enumerate() {
+            let other = calls[(at + 1) % calls.len()];
+            mutants.push(match at % 3 {
+                0 => (format!("{call}\n"), String::new()),
+                1 => ((*call).to_owned(), format!("{call}\n{call}")),
+                _ => ((*call).to_owned(), other.to_owned()),
+            });
+        }
+        for (old, new) in
+            [("before->", "self->"), ("!=", "=="), (" && !(", " && ("), (" && !(", " || !(")]
+        {
+            let new = whole.replacen(old, new, 1);
+            assert_ne!(new, whole, "{old}");
+            mutants.push((whole.clone(), new));
+        }
+        // Also a call where nothing is reported yet, and one of the reset.
+        mutants.push(("before = *self;".to_owned(), format!("before = *self;\n{}", calls[0])));
+        mutants.push(("    own_notify(self, &before);\n".to_owned(), String::new()));
+        mutants
+            .push(("before = *self;".to_owned(), "before = *self;\n before = before;".to_owned()));
+        let answers =
+            in_parallel(&mutants, |(old, new)| proved(&net, &changed(&package, old, new)));
+        for ((old, new), answer) in mutants.iter().zip(answers) {
+            let is_same = new.contains("before = before");
+            assert_eq!(answer.is_ok(), is_same, "{what}: `{old}` becomes `{new}`: {answer:?}");
+        }
+    }
 }
 
 /// The text with a change, which must apply.

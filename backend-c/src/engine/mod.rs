@@ -28,7 +28,7 @@ use crate::names::Names;
 use crate::refusal::Refusal;
 use crate::style_output::{Member, StyleOutput};
 use crate::times::Ticks;
-use crate::{Object, Options};
+use crate::{Object, Options, Style};
 use grafsynth_ir::Gather;
 use grafsynth_ir::net::{
     Driver, Emission, Enter, Evolution, Expr, Input, InputId, InputKind, Leaf, Net, Output, Policy,
@@ -55,6 +55,17 @@ const FILES: [(&str, &str); 2] = [
 pub fn is_engine_file(name: &str) -> bool {
     let own = FILES.iter().chain(&program::FILES).map(|(file, _)| *file);
     own.chain(btrans::FILES.iter().map(|(_, file, _)| *file)).any(|file| file == name)
+}
+
+/// The style whose C includes this header of an engine; `None` if it is no such header.
+#[must_use]
+pub fn style_of_header(name: &str) -> Option<Style> {
+    let headers = [
+        (program::FILES[0].0, Style::Program),
+        (FILES[0].0, Style::Engine),
+        (btrans::FILES[0].1, Style::Btrans),
+    ];
+    headers.into_iter().find(|(header, _)| *header == name).map(|(_, style)| style)
 }
 
 /// The information that all rows share.

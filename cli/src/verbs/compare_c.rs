@@ -7,6 +7,7 @@ use crate::files;
 use crate::load::{Session, Stop};
 use crate::progress;
 use grafsynth_backend_c::is_engine_file;
+use grafsynth_driver::c_proof::tables_of;
 use grafsynth_driver::edited_c::{self, CMap, CText, EditedC};
 use grafsynth_driver::pipeline;
 use grafsynth_driver::read::Design;
@@ -105,6 +106,14 @@ fn texts(session: &mut Session, path: &str) -> Result<Vec<CText>, Stop> {
         }
         at += 1;
     }
+    // The tables that an engine interprets are a text of their own, which nothing includes.
+    if let (Some(_), Some(stem)) = (edited_c::style_of_engine(&all), FileStem::of_path(path)) {
+        let name = tables_of(stem.as_str());
+        let file = folder.join(&name).to_string_lossy().into_owned();
+        if !files::is_link(&file) && files::exists(Path::new(&file)) {
+            all.push(read(session, &file, name)?);
+        }
+    }
     Ok(all)
 }
 
@@ -159,6 +168,7 @@ pub(super) fn run(
         None => grafsynth_backend_c::Options {
             stem: FileStem::of_path(&emitted.path).map(|stem| stem.as_str().to_owned()),
             machine: input.reading.machine,
+            style: edited_c::style_of_engine(&emitted.texts).unwrap_or_default(),
             ..Default::default()
         },
     };
@@ -199,6 +209,15 @@ impl One<'_> {
     fn line(&self, emitted: &Emitted) -> Result<OutputReport, Stop> {
         let One { net, facts, edited, limits, .. } = *self;
         let name = emitted.path.as_str();
+        if edited.package.representation.is_none() && !self.arguments.trust.trust_code {
+            let style = edited.package.style;
+            return Ok(OutputReport::open(
+                name,
+                OpenReason::Method(format!(
+                    "it is C of the style `{style}`, whose tables no proof reads; write the chart with `--target c-program` or `c-switch`, whose C can be compared, or compile and run this C with `--trust-code`"
+                )),
+            ));
+        }
         if let Err(why) = edited.same_interface() {
             return Ok(OutputReport::open(name, OpenReason::Method(why)));
         }

@@ -424,6 +424,9 @@ impl Attempt<'_> {
                 "number, order or arguments of the calls of extern actions may differ from the chart"
                     .to_owned()
             }
+            Question::Callbacks => {
+                "the callbacks may not report exactly the changes of a reaction".to_owned()
+            }
             Question::CalledTwice(at) => {
                 let name = &self.of.hint.conditions[*at].1;
                 format!("the extern condition `{name}` may be called twice in a reaction")

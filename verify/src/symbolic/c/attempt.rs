@@ -10,6 +10,7 @@ use grafsynth_ir::net::{InputId, InputKind};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::MAX_DT;
 
+use super::callbacks::Earlier;
 use super::exec::Program;
 use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
 use super::net_values::differs;
@@ -77,6 +78,8 @@ pub(super) struct Attempt<'a> {
     pub(super) dt_bits: Vec<Lit>,
     /// The number of ticks of the reaction that is cut.
     pub(super) dt_now: Option<Number>,
+    /// The instance before the reaction that is cut, if callbacks compare it with the one after it.
+    pub(super) earlier: Option<Earlier>,
 }
 
 impl<'a> Attempt<'a> {
@@ -140,6 +143,7 @@ impl<'a> Attempt<'a> {
             next_times: Vec::new(),
             dt_bits: Vec::new(),
             dt_now: None,
+            earlier: None,
         };
         let is_queue =
             |(_, holds): &(_, Holds)| matches!(holds, Holds::Piece(Origin::ExternalQueue, _));
@@ -219,6 +223,10 @@ impl<'a> Attempt<'a> {
         self.link();
         self.call(self.of.reaction(), &mut memory, Some(&dt))?;
         self.keeps_gate(&memory)?;
+        checks.extend(self.report_checks(
+            |_, step| Ok(Some(state.active[step.index()])),
+            |step| Some(next.active[step.index()]),
+        )?);
         checks.extend(self.call_checks(&wanted)?);
         if !memory.is_unchanged(&start, INPUTS) {
             return Err(format!("`{}_step` changes its inputs", self.of.hint.prefix));

@@ -1,7 +1,7 @@
 //! The bytes of an object, read through a pointer to `unsigned char` (C99 6.2.6.1p4), and reads through a pointer to a volatile type.
 //!
 //! All machines of the proof store the low byte of a number first, and the first of consecutive one-bit members in the lowest bit. Bits between members, and
-//! bytes of members that were never set, may have any value at each read.
+//! bytes of members that were never set or are pointers, may have any value at each read. Where the C is executed with known values, they are 0.
 
 use grafsynth_c::tree::types::{IntKind, Qualified, Type};
 use grafsynth_c::tree::{Expr, ExprKind, Place, PlaceKind, StructId, Unit};
@@ -76,9 +76,13 @@ impl<'u> Program<'u> {
             }
         }
         let mut all: Vec<Lit> =
-            bits.into_iter().map(|bit| bit.unwrap_or_else(|| self.aig.variable())).collect();
+            bits.into_iter().map(|bit| bit.unwrap_or_else(|| self.unknown_bit())).collect();
         all.push(Lit::FALSE);
         Ok(Some(Int::Word(Number::of_bits(all))))
+    }
+
+    fn unknown_bit(&mut self) -> Lit {
+        if self.is_executed { Lit::FALSE } else { self.aig.variable() }
     }
 
     /// The only value of a local pointer, read without effects.
@@ -110,7 +114,7 @@ impl<'u> Program<'u> {
     }
 }
 
-/// The parts of each byte of a structure; bits that are in no part belong to no member. `None` if a member is a pointer, or if the layout is not known.
+/// The parts of each byte of a structure; bits that are in no part belong to no member. `None` if the layout is not known.
 fn bytes_of(unit: &Unit, id: StructId) -> Option<Vec<Vec<Part>>> {
     let (size, _) = unit.structs[id].layout?;
     let mut all = vec![Vec::new(); usize::try_from(size).ok()?];
@@ -157,7 +161,8 @@ fn place(unit: &Unit, ty: &Type, (at, cell): (u64, usize), all: &mut Vec<Vec<Par
                 all.get_mut(usize::try_from(at + byte).ok()?)?.push(part);
             }
         }
-        Type::Pointer(_) | Type::Void | Type::Function(_) | Type::Named(_) => return None,
+        Type::Pointer(_) => {}
+        Type::Void | Type::Function(_) | Type::Named(_) => return None,
     }
     Some(())
 }

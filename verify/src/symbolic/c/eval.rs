@@ -103,6 +103,7 @@ impl<'u> Program<'u> {
             .map(|at| {
                 let from: Vec<(Address, Lit)> =
                     from.iter().map(|(it, when)| (it.behind(at), *when)).collect();
+                // A copy of what is not tracked is not tracked either.
                 self.cell(&from, memory)
             })
             .collect()
@@ -289,7 +290,7 @@ impl<'u> Program<'u> {
             return Ok(Some(Scalar::Int(byte)));
         }
         let from = self.addresses(place, memory)?;
-        let cell = self.cell(&from, memory)?;
+        let cell = self.tracked(&from, memory)?;
         self.oblige(cell.unset, "reads a value that was never set", span);
         self.is_alive(cell.value.as_ref(), memory, span);
         // If the cell was never set, the obligation fails.
@@ -613,20 +614,25 @@ impl<'u> Program<'u> {
     }
 
     fn loaded(&mut self, from: &[(Address, Lit)], memory: &Memory, loc: Loc) -> Done<Scalar> {
-        let cell = self.cell(from, memory)?;
+        let cell = self.tracked(from, memory)?;
         self.oblige(cell.unset, "reads a value that was never set", loc);
         Ok(cell.value.clone().unwrap_or(Scalar::Int(Int::constant(0))))
+    }
+
+    /// The cell at an address that is one of several; its value must be tracked.
+    fn tracked(&mut self, from: &[(Address, Lit)], memory: &Memory) -> Done<Rc<Cell>> {
+        let cell = self.cell(from, memory)?;
+        match cell.is_untracked() {
+            true => Err("a read of a member whose value is not tracked".to_owned()),
+            false => Ok(cell),
+        }
     }
 
     /// The cell at an address that is one of several.
     fn cell(&mut self, from: &[(Address, Lit)], memory: &Memory) -> Done<Rc<Cell>> {
         let mut cells = Vec::with_capacity(from.len());
         for (address, when) in from {
-            let cell = self.at(*address, memory)?;
-            if cell.is_untracked() {
-                return Err("a read of a member whose value is not tracked".to_owned());
-            }
-            cells.push((*when, cell));
+            cells.push((*when, self.at(*address, memory)?));
         }
         match cells.as_slice() {
             [(_, only)] => Ok(only.clone()),

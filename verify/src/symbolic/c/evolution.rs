@@ -300,6 +300,9 @@ impl<'a> Attempt<'a> {
             self.with_model(|this| this.model.maker.rest_of_reaction(state))?;
         self.next = Some(state.clone());
         let wanted = self.model.maker.called.clone();
+        checks.extend(
+            self.report_checks(Attempt::was_active, |step| Some(state.active[step.index()]))?,
+        );
         checks.extend(self.call_checks(&wanted)?);
         checks.extend(self.related(&state, fault, &memory)?);
         checks.extend(self.shown_outputs(&outputs, &memory)?);
@@ -399,6 +402,7 @@ impl<'a> Attempt<'a> {
         let mut memory = self.memory(Some(&before))?;
         let start = memory.clone();
         self.link();
+        self.begin_copies(&start)?;
         let (entered, first) = self.enter(cut, &mut memory)?;
         // The first part has proved them.
         self.program.obligations.clear();
@@ -417,25 +421,21 @@ impl<'a> Attempt<'a> {
         memory.restore(&start, OUTPUTS);
         self.any_within(&state, &mut memory)?;
         self.any_asked();
-        let most = self.with_model(|this| this.model.maker.most_rounds());
-        if let Entered::Image(found, ..) = &entered
-            && u64::from(found.rounds) < most
-        {
-            // It may end because of its number of rounds.
-            return Err("the loop of the byte code has too few rounds".to_owned());
-        }
-        let most = i64::try_from(most).unwrap_or(i64::MAX);
-        // There is another check, so there were fewer before.
-        let most = if goes_on { most - 1 } else { most };
-        let bits = self.fresh(64 - most.leading_zeros());
-        let count = Number::from_code(self.aig(), &bits, 0);
-        let fits = Number::compare(self.aig(), CompareOp::Le, &count, &Number::constant(most));
-        self.assumed.push(fits);
-        let locals = self.locals(&memory, first, varies);
+        let count = self.any_count(&entered, goes_on)?;
+        let mut locals = self.locals(&memory, first, varies);
+        let mut kept = BTreeMap::new();
         for (spot, meaning) in &locals {
             let kind = self.kind_of_local(*spot);
             let value = match meaning {
                 Meaning::Kept(_) => continue,
+                Meaning::Copy(at) => {
+                    let cells = self.earlier.as_ref().map(|it| &it.cells);
+                    let cell = cells.and_then(|cells| cells.get(*at)).cloned();
+                    let cell = cell.ok_or("a copy of no member of the instance")?;
+                    self.put_at(&mut memory, *spot, cell.clone());
+                    kept.insert(*spot, Meaning::Kept(cell));
+                    continue;
+                }
                 Meaning::Counter => Some(Int::Word(count.clone())),
                 // Nothing is proved of it after the last check.
                 Meaning::Hint(at) if !goes_on && !is_read_later(&self.of.hint.locals[*at].1) => {
@@ -459,7 +459,27 @@ impl<'a> Attempt<'a> {
             let new = if has_value { Rc::new(new) } else { Rc::new(Cell::UNSET) };
             self.put_at(&mut memory, *spot, new);
         }
+        locals.append(&mut kept);
         Ok(AtCut { entered, memory, locals, count, first })
+    }
+
+    /// Any number of checks so far at a cut.
+    fn any_count(&mut self, entered: &Entered<'a>, goes_on: bool) -> Result<Number, String> {
+        let most = self.with_model(|this| this.model.maker.most_rounds());
+        if let Entered::Image(found, ..) = entered
+            && u64::from(found.rounds) < most
+        {
+            // It may end because of its number of rounds.
+            return Err("the loop of the byte code has too few rounds".to_owned());
+        }
+        let most = i64::try_from(most).unwrap_or(i64::MAX);
+        // There is another check, so there were fewer before.
+        let most = if goes_on { most - 1 } else { most };
+        let bits = self.fresh(64 - most.leading_zeros());
+        let count = Number::from_code(self.aig(), &bits, 0);
+        let fits = Number::compare(self.aig(), CompareOp::Le, &count, &Number::constant(most));
+        self.assumed.push(fits);
+        Ok(count)
     }
 
     /// Gives the members of the instance the values that they have within an evolution, or any value if they have no meaning there.
@@ -603,7 +623,7 @@ impl<'a> Attempt<'a> {
                     let matters = if is_read_later(what) { Lit::TRUE } else { goes_on };
                     (Question::Local(place, *hint), wanted, matters)
                 }
-                Meaning::Kept(_) | Meaning::Nothing => continue,
+                Meaning::Kept(_) | Meaning::Copy(_) | Meaning::Nothing => continue,
             };
             let Some(cell) = cell else { continue };
             let Some(Scalar::Int(value)) = &cell.value else {

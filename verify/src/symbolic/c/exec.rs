@@ -13,6 +13,7 @@ use grafsynth_c::tree::{
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
+use super::callbacks::{Callback, Report};
 use super::machine::AtLoop;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
 use super::value::Int;
@@ -65,6 +66,8 @@ pub(super) enum Extern {
     /// An extern condition, with its value in this reaction.
     Condition(Scalar),
     Action(OutputId),
+    /// A callback for changes (`--callbacks`).
+    Callback(Callback),
 }
 
 /// A function whose calls are recorded; each gives instance and outputs any values.
@@ -109,10 +112,14 @@ pub(super) struct Program<'u> {
     pub(super) externs: BTreeMap<SymbolId, Extern>,
     /// The calls of extern actions so far.
     pub(super) calls: Vec<Call>,
+    /// The calls of callbacks so far.
+    pub(super) reports: Vec<Report>,
     /// For each extern condition that was called, the conditions of its calls.
     pub(super) asked: BTreeMap<SymbolId, Vec<Lit>>,
     /// A function whose calls are recorded and not executed.
     pub(super) replaced: Option<Replaced>,
+    /// True if all values are known, so that what is not known may be 0.
+    pub(super) is_executed: bool,
     /// The functions of the engine that interprets the image of a chart, if they may be called.
     pub(super) engine: Option<Engine<'u>>,
     /// The number of rounds that a loop of such an image makes at most, if it is the loop of the evolution and the number is known.
@@ -182,8 +189,10 @@ impl<'u> Program<'u> {
             obligations: Vec::new(),
             externs: BTreeMap::new(),
             calls: Vec::new(),
+            reports: Vec::new(),
             asked: BTreeMap::new(),
             replaced: None,
+            is_executed: false,
             engine: None,
             most_rounds: None,
             at_loop: None,
@@ -313,13 +322,10 @@ impl<'u> Program<'u> {
         known: Extern,
         arguments: &[Scalar],
     ) -> Done<Option<Scalar>> {
-        let output = match known {
-            Extern::Condition(value) => {
-                self.asked.entry(function).or_default().push(self.here);
-                return Ok(Some(value));
-            }
-            Extern::Action(output) => output,
-        };
+        if let Extern::Condition(value) = known {
+            self.asked.entry(function).or_default().push(self.here);
+            return Ok(Some(value));
+        }
         let mut numbers = Vec::new();
         for argument in arguments {
             match argument {
@@ -329,7 +335,12 @@ impl<'u> Program<'u> {
                 }
             }
         }
-        self.calls.push(Call { output, when: self.here, arguments: numbers });
+        let when = self.here;
+        match known {
+            Extern::Action(output) => self.calls.push(Call { output, when, arguments: numbers }),
+            Extern::Callback(of) => self.reports.push(Report { of, when, arguments: numbers }),
+            Extern::Condition(_) => {}
+        }
         Ok(None)
     }
 

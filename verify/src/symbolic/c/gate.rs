@@ -63,6 +63,10 @@ impl Program<'_> {
                 if is_kept || cell.value.is_none() {
                     continue;
                 }
+                if matches!(cell.value, Some(Scalar::Pointer(_))) {
+                    // The proof of the reaction shows that it points to the image afterwards, as before.
+                    continue;
+                }
                 let kind = kind_at(self.unit, &Type::Struct(id), at);
                 let kind = kind.ok_or("a member that is not a number is not supported")?;
                 let value = self.any_of(kind);

@@ -37,15 +37,18 @@ impl<'u> Program<'u> {
     ) -> Done<()> {
         let mut obligations = std::mem::take(&mut self.obligations);
         let mut calls = std::mem::take(&mut self.calls);
+        let mut reports = std::mem::take(&mut self.reports);
         let mut asked = std::mem::take(&mut self.asked);
         self.at_loop = Some(AtLoop::Skip(memory));
         let done = call(self);
         obligations.append(&mut self.obligations);
         calls.append(&mut self.calls);
+        reports.append(&mut self.reports);
         for (function, mut ways) in std::mem::take(&mut self.asked) {
             asked.entry(function).or_default().append(&mut ways);
         }
-        (self.obligations, self.calls, self.asked) = (obligations, calls, asked);
+        (self.obligations, self.calls) = (obligations, calls);
+        (self.reports, self.asked) = (reports, asked);
         match self.at_loop.take() {
             None => done,
             Some(_) => Err("the byte code has no loop".to_owned()),
@@ -84,6 +87,7 @@ impl<'u> Program<'u> {
                 // What was recorded on the way to the loop belongs to another part of the proof.
                 self.obligations.clear();
                 self.calls.clear();
+                self.reports.clear();
                 self.asked.clear();
                 state.memory = memory;
                 Ok(state)

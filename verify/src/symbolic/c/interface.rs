@@ -275,6 +275,7 @@ impl Attempt<'_> {
         let named = conditions.chain(actions);
         let all = named.filter_map(|(name, known)| Some((self.function(name)?, known))).gather();
         self.program.externs = all;
+        self.link_callbacks();
     }
 
     /// True if the function returns a type that has all values of a type of the net, and for `bool` only these.
@@ -296,6 +297,7 @@ impl Attempt<'_> {
         let apart = calls::differ(self.aig(), &made, wanted)?;
         let mut checks: Vec<Check> =
             apart.into_iter().map(|broken| Check { question: Question::Calls, broken }).collect();
+        checks.extend(self.no_reports());
         for (at, (input, name)) in self.of.hint.conditions.iter().enumerate() {
             let ways = self.function(name).and_then(|function| asked.get(&function));
             let Some(ways) = ways else { continue };

@@ -32,6 +32,8 @@ pub(super) enum Meaning {
     Counter,
     /// A value that the loop does not change.
     Kept(Rc<Cell>),
+    /// The value that a member of the instance had before the reaction, by the number of its cell.
+    Copy(usize),
     /// Nothing: it has no value yet, or any value of its type.
     Nothing,
 }
@@ -57,6 +59,8 @@ impl Attempt<'_> {
                     Meaning::Counter
                 } else if !varies.contains(&spot) && self.is_constant_in_loop(&cell) {
                     Meaning::Kept(cell)
+                } else if let Some(at) = self.copy_of(&cell).filter(|_| !varies.contains(&spot)) {
+                    Meaning::Copy(at)
                 } else {
                     Meaning::Nothing
                 };

@@ -205,6 +205,9 @@ pub(super) fn merge_cells(aig: &mut Aig, all: &[(Lit, &Rc<Cell>)]) -> Rc<Cell> {
     if all.iter().all(|(_, cell)| Rc::ptr_eq(whole(cell), whole(first))) {
         return whole(first).clone();
     }
+    if all.iter().any(|(_, cell)| cell.is_untracked()) {
+        return Rc::new(Cell::UNTRACKED);
+    }
     let unset: Vec<Lit> = all.iter().map(|(when, cell)| aig.and(*when, cell.unset)).collect();
     let unset = aig.or_all(unset);
     // A path without a value has any value.

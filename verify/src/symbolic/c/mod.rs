@@ -14,6 +14,7 @@ mod assume;
 mod attempt;
 mod byte_code;
 mod bytes;
+mod callbacks;
 mod cases;
 mod eval;
 mod evolution;

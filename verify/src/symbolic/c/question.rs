@@ -34,6 +34,8 @@ pub(super) enum Question {
     Var(usize),
     /// The calls of extern actions in a reaction.
     Calls,
+    /// The calls of callbacks for changes in a reaction.
+    Callbacks,
     /// An extern condition that is called more than once in a reaction, by its number in the hint.
     CalledTwice(usize),
     /// Something that the C must never do, with its location.

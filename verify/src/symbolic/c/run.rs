@@ -13,7 +13,7 @@ use std::rc::Rc;
 
 use super::attempt::Attempt;
 use super::exec::Danger;
-use super::memory::{Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Scalar};
+use super::memory::{Address, Cell, INPUTS, INSTANCE, Memory, OUTPUTS, Object, Pointer, Scalar};
 use super::question::{Functions, Subject};
 use super::value::Int;
 use crate::limits::Limits;
@@ -31,7 +31,11 @@ pub struct Interpreter<'a> {
 
 /// The memory of the C after a reaction.
 #[derive(Debug, Clone)]
-pub struct Snapshot(Memory);
+pub struct Snapshot {
+    memory: Memory,
+    /// The active steps.
+    active: Vec<StepId>,
+}
 
 /// What the C shows after a reaction.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -51,6 +55,8 @@ pub struct Shown {
 pub enum Stuck {
     /// The C does something that the language leaves undefined, here.
     Undefined(&'static str, Span),
+    /// The callbacks do not report exactly what a reaction changes.
+    Misreported(String),
     /// The text has something that cannot be executed here.
     Unsupported(String),
 }
@@ -86,6 +92,7 @@ impl<'a> Interpreter<'a> {
             limits,
         };
         let mut attempt = Attempt::new(subject, None)?;
+        attempt.program.is_executed = true;
         let blank = attempt.memory(None)?;
         let element = |(place, holds): &(Place, Holds)| match holds {
             Holds::Piece(Origin::Var(var), at) if net.vars[*var].len.is_some() => {
@@ -102,8 +109,12 @@ impl<'a> Interpreter<'a> {
     /// It does something undefined, or cannot be executed.
     pub fn start(&mut self) -> Result<(Snapshot, Shown), Stuck> {
         let mut memory = self.blank.clone();
+        self.attempt.link_callbacks();
         self.attempt.call("_init", &mut memory, None)?;
-        self.shown(memory)
+        let (state, shown) = self.shown(memory)?;
+        // The reset reports nothing.
+        self.misreported(&state.active, &state.active)?;
+        Ok((state, shown))
     }
 
     /// Calls `NAME_step`, with the inputs by their ids. More ticks than the parameter can count are passed as the largest number.
@@ -116,7 +127,7 @@ impl<'a> Interpreter<'a> {
         dt: u32,
         inputs: &[i64],
     ) -> Result<(Snapshot, Shown), Stuck> {
-        let mut memory = from.0.clone();
+        let mut memory = from.memory.clone();
         self.put_inputs(&mut memory, inputs)?;
         let name = format!("{}_step", self.attempt.of.hint.prefix);
         let params = self.attempt.function(&name).map(|step| self.attempt.params(step));
@@ -128,21 +139,53 @@ impl<'a> Interpreter<'a> {
             .map_or(32, |kind| unit.machine.bits(kind));
         let most = if bits < 32 { (1_i64 << bits) - 1 } else { i64::from(i32::MAX) };
         let dt = Number::constant(i64::from(dt).min(most));
+        self.attempt.link_callbacks();
         self.attempt.call("_step", &mut memory, Some(&dt))?;
-        self.shown(memory)
+        let (state, shown) = self.shown(memory)?;
+        self.misreported(&from.active, &state.active)?;
+        Ok((state, shown))
     }
 
-    /// The values of instance and outputs: equal if and only if every later reaction is equal. `None` for an instance with pointers.
+    /// Fails if the callbacks that were called do not report exactly the changes between two sets of active steps.
+    fn misreported(&mut self, was: &[StepId], is: &[StepId]) -> Result<(), Stuck> {
+        let hint = self.attempt.of.hint;
+        let Some(callbacks) = &hint.callbacks else { return Ok(()) };
+        // Whether a hidden step is active is not known.
+        let active = |of: &[StepId], step: StepId| {
+            let is_known = hint.active.iter().any(|(own, _)| *own == step);
+            is_known.then(|| Lit::constant(of.contains(&step)))
+        };
+        let checks =
+            self.attempt.report_checks(|_, step| Ok(active(was, step)), |step| active(is, step))?;
+        if checks.iter().any(|check| check.broken == Lit::TRUE) {
+            let (activated, enabled) = (&callbacks.activated, &callbacks.enabled);
+            return Err(Stuck::Misreported(format!(
+                "`{activated}` and `{enabled}` are not called for exactly what a reaction changes"
+            )));
+        }
+        if checks.iter().any(|check| check.broken != Lit::FALSE) {
+            return Err(Stuck::Unsupported("the arguments of a callback are not known".to_owned()));
+        }
+        Ok(())
+    }
+
+    /// The values of instance and outputs: equal if and only if every later reaction is equal. `None` if one is not known, or if a pointer has a target
+    /// that is not constant.
     #[must_use]
     pub fn key(&self, of: &Snapshot) -> Option<Vec<Option<i128>>> {
         let mut key = Vec::new();
         for object in [INSTANCE, OUTPUTS] {
-            for cell in of.0.object(object)?.iter() {
+            for cell in of.memory.object(object)?.iter() {
                 key.push(match &cell.value {
                     None => None,
                     Some(_) if cell.unset == Lit::TRUE => None,
                     Some(Scalar::Int(value)) => Some(value.as_constant()?),
-                    Some(Scalar::Pointer(_)) => return None,
+                    Some(Scalar::Pointer(cases)) => match cases.as_slice() {
+                        [(Pointer::To(Address { object: Object::Constant(id), cell }, _), _)] => {
+                            Some(((*id as i128) << 64) + *cell as i128)
+                        }
+                        _ => return None,
+                    },
                 });
             }
         }
@@ -202,7 +245,8 @@ impl<'a> Interpreter<'a> {
             shown.fault = Some(self.answer(name, &memory)? != 0);
         }
         self.defined()?;
-        Ok((Snapshot(memory), shown))
+        let active = shown.active.clone();
+        Ok((Snapshot { memory, active }, shown))
     }
 
     fn answer(&mut self, name: &str, memory: &Memory) -> Result<i64, String> {
