@@ -173,18 +173,9 @@ fn wrong_number(parts: &[RequestedPart]) -> Option<String> {
     }
 }
 
-/// The places from the chart, the partition file and the options.
-pub(crate) fn places(
-    session: &Session,
-    net: &Net,
-    options: &[String],
-    written: Written<'_>,
-    parts: &[RequestedPart],
-) -> Result<Vec<Place>, Stop> {
-    let mut all: Vec<(String, String, String)> = Vec::new();
-    for (item, part, line) in &written.partition.places {
-        all.push((item.clone(), part.clone(), written.at(*line)));
-    }
+/// The places of options: object, part, and nothing for where it is written.
+fn of_options(options: &[String]) -> Result<Vec<(String, String, String)>, Stop> {
+    let mut all = Vec::new();
     for text in options {
         // `a,b=chip,c=cpu`: the names before each `=` are placed on the part after it.
         let mut names: Vec<&str> = Vec::new();
@@ -204,6 +195,22 @@ pub(crate) fn places(
             return Err(Stop::Usage(format!("expected --place NAMES=PART, found `{text}`")));
         }
     }
+    Ok(all)
+}
+
+/// The places from the chart, the partition file and the options.
+pub(crate) fn places(
+    session: &Session,
+    net: &Net,
+    options: &[String],
+    written: Written<'_>,
+    parts: &[RequestedPart],
+) -> Result<Vec<Place>, Stop> {
+    let mut all: Vec<(String, String, String)> = Vec::new();
+    for (item, part, line) in &written.partition.places {
+        all.push((item.clone(), part.clone(), written.at(*line)));
+    }
+    all.extend(of_options(options)?);
     let mut places = Vec::new();
     let mut wrong = Vec::new();
     let mut is_usage = false;

@@ -49,10 +49,10 @@ const LONG: usize = 80;
 /// The bounds of the figures. Lower them with the figures; raise one only with a reason in the commit.
 const BOUNDS: [(&str, usize); 9] = [
     ("code lines of frontend", 36_920),
-    ("code lines of c and backend-c", 29_420),
-    ("code lines of ir", 21_130),
-    ("code lines of driver", 14_290),
-    ("code lines of all crates", 192_800),
+    ("code lines of c and backend-c", 29_470),
+    ("code lines of ir", 21_150),
+    ("code lines of driver", 14_620),
+    ("code lines of all crates", 193_450),
     ("functions above 80 lines", 16),
     ("dependency cycles of files", 0),
     ("lines that list variants", 606),

@@ -437,6 +437,18 @@ impl Effects {
     }
 }
 
+/// Checks that nothing but a receptivity, which is checked elsewhere, reads the time that a step keeps while it is inactive.
+fn no_last_times(net: &Net) -> Result<(), Refusal> {
+    let mut all = output_exprs(net)
+        .chain(list_exprs(net))
+        .chain(net.emergency.iter().map(|one| &one.condition));
+    let is_last = |leaf: &Leaf| matches!(leaf, Leaf::LastElapsed(_));
+    match all.find(|expr| expr.leaves().any(is_last)) {
+        Some(expr) => refuse("the time `T` of a step", expr.span),
+        None => Ok(()),
+    }
+}
+
 /// Checks that everything that receptivities, lists and outputs read is available in their context.
 fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
     for edge in net.edges.values() {
@@ -496,14 +508,7 @@ fn reads(net: &Net, plan: &mut Plan) -> Result<(), Refusal> {
             }
         }
     }
-    let mut conditions = output_exprs(net)
-        .chain(list_exprs(net))
-        .chain(net.emergency.iter().map(|one| &one.condition));
-    let last = conditions
-        .find(|condition| condition.leaves().any(|leaf| matches!(leaf, Leaf::LastElapsed(_))));
-    if let Some(condition) = last {
-        return refuse("the time `T` of a step", condition.span);
-    }
+    no_last_times(net)?;
     for machine in old {
         plan.machines[machine].needs_old = true;
     }

@@ -10,11 +10,11 @@ use grafsynth_ir::net::{InputId, InputKind};
 use grafsynth_ir::program::Origin;
 use grafsynth_sim::MAX_DT;
 
-use super::callbacks::Earlier;
 use super::exec::Program;
 use super::memory::{Cell, INPUTS, INSTANCE, Memory, Scalar};
 use super::net_values::differs;
 use super::question::{Check, Focus, Question, Subject};
+use super::report::Earlier;
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::number::Number;
 use crate::symbolic::reaction::{Inputs, Reaction};
@@ -82,6 +82,18 @@ pub(super) struct Attempt<'a> {
     pub(super) earlier: Option<Earlier>,
 }
 
+/// The structures of the C of a chart: those that its header declares.
+fn structures(of: &Subject<'_>) -> Structures {
+    let named = |suffix: &str| {
+        let name = format!("{}{suffix}", of.hint.prefix);
+        let is_it =
+            |symbol: &&Symbol| symbol.name == name && matches!(symbol.kind, SymbolKind::Typedef);
+        let symbol = of.unit.symbols.values().find(is_it)?;
+        symbol.canonical.ty.as_struct()
+    };
+    Structures { instance: named("_t"), inputs: named("_in_t"), outputs: named("_out_t") }
+}
+
 impl<'a> Attempt<'a> {
     pub(super) fn new(of: Subject<'a>, focus: Option<Focus>) -> Result<Self, String> {
         let depth = if of.is_cut { Some(1) } else { known_depth(of.facts) };
@@ -89,16 +101,7 @@ impl<'a> Attempt<'a> {
         let aig = std::mem::replace(model.aig(), Aig::new());
         let mut program = Program::new(of.unit, aig, of.limits.circuit_nodes)?;
         program.most_rounds = of.facts.most_rounds(of.net).map(|rounds| rounds.value);
-        let named = |suffix: &str| {
-            let name = format!("{}{suffix}", of.hint.prefix);
-            let is_it = |symbol: &&Symbol| {
-                symbol.name == name && matches!(symbol.kind, SymbolKind::Typedef)
-            };
-            let symbol = of.unit.symbols.values().find(is_it)?;
-            symbol.canonical.ty.as_struct()
-        };
-        let structures =
-            Structures { instance: named("_t"), inputs: named("_in_t"), outputs: named("_out_t") };
+        let structures = structures(&of);
         let (mut state, mut inputs) = (model.state.clone(), model.inputs.clone());
         let is_statechart = of.net.settings.policy.is_statechart();
         // A state of a statechart may be active within a reaction only.

@@ -19,35 +19,9 @@ use super::exec::Extern;
 use super::locals::kind_at;
 use super::memory::{Cell, INSTANCE, Memory, Scalar, whole};
 use super::question::{Check, Question};
+use super::report::{Callback, Earlier, Report};
 use crate::symbolic::aig::Lit;
 use crate::symbolic::number::Number;
-
-/// One of the two functions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Callback {
-    /// A step was activated or deactivated.
-    Activated,
-    /// A transition became enabled.
-    Enabled,
-}
-
-/// A call of one of them.
-#[derive(Debug, Clone)]
-pub(super) struct Report {
-    pub(super) of: Callback,
-    /// The condition under which the call is made.
-    pub(super) when: Lit,
-    pub(super) arguments: Vec<Number>,
-}
-
-/// The instance before a reaction that is cut, with any values.
-pub(super) struct Earlier {
-    /// The cells of the instance at the start of the reaction, as far as the C may have copied them.
-    copied: Vec<Rc<Cell>>,
-    /// The cell in place of each of them.
-    pub(super) cells: Vec<Rc<Cell>>,
-    memory: Memory,
-}
 
 impl Attempt<'_> {
     /// From here on, the callbacks may be called. Forgets earlier calls.

@@ -13,9 +13,9 @@ use grafsynth_c::tree::{
 use grafsynth_c::walk::each_item;
 use grafsynth_ir::net::OutputId;
 
-use super::callbacks::{Callback, Report};
 use super::machine::AtLoop;
 use super::memory::{Cell, Cells, Memory, Object, Scalar, merge_scalars, n_cells};
+use super::report::{Callback, Report};
 use super::value::Int;
 use crate::symbolic::aig::{Aig, Lit};
 use crate::symbolic::calls::Call;

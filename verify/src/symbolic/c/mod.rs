@@ -32,6 +32,7 @@ mod pointers;
 mod program_image;
 mod question;
 mod relation;
+mod report;
 mod run;
 mod serving;
 mod settle;
