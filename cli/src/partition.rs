@@ -173,7 +173,7 @@ fn wrong_number(parts: &[RequestedPart]) -> Option<String> {
     }
 }
 
-/// The places of options: object, part, and nothing for where it is written.
+/// The places of options: object, part, and an empty location, because an option is in no file.
 fn of_options(options: &[String]) -> Result<Vec<(String, String, String)>, Stop> {
     let mut all = Vec::new();
     for text in options {

@@ -39,6 +39,7 @@ use grafsynth_sim::measures_time;
 pub use grafsynth_split::cpu::{CPUS, Cpu};
 use grafsynth_split::link::SYNCHRONISERS;
 pub use grafsynth_split::partition::Place;
+use grafsynth_split::solve::Alternative;
 use grafsynth_split::{Groups, PartSpec, Partition, together, unused_name};
 pub use grafsynth_split::{Item, Objective};
 use grafsynth_verify::verdict::Verdict;
@@ -190,11 +191,19 @@ pub struct Split {
 }
 
 impl Split {
+    /// Whether no object can be on another part.
+    fn is_given(&self) -> bool {
+        let mut others = self.partition.alternatives.iter().flatten();
+        others.all(|one| matches!(one, Alternative::Current | Alternative::NotAllowed))
+    }
+
     /// The objective, and how good the partition is.
     #[must_use]
     pub fn said(&self, objective: Objective) -> String {
         let (what, value) = (objective.unit(), self.value);
-        let known = if self.bound >= value {
+        let known = if self.is_given() {
+            "the places leave no choice".to_owned()
+        } else if self.bound >= value {
             "the minimum over all partitions that fit".to_owned()
         } else {
             format!("every partition that fits has at least {}", self.bound.max(0))

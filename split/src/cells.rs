@@ -4,7 +4,8 @@
 //! its longest time. A variable, a timed action and the operand of an edge have their own bits. A continuous output or a wire needs a macrocell of its own,
 //! unless it is a bit of a code; one that depends on an input is no such bit. The number never falls when another group is placed, on the chip or elsewhere.
 //!
-//! This is no proof: a chip needs fewer if what it reads turns out to be constant or without effect. It decides which partitions are built first, never that one does not fit.
+//! This is no proof: a chip needs fewer if what it reads turns out to be constant or without effect. It decides which partitions are built first, never that one does
+//! not fit.
 
 use grafsynth_ir::Gather;
 use std::collections::{BTreeMap, BTreeSet};

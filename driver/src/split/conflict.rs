@@ -39,7 +39,7 @@ pub(super) struct NoPartition {
 }
 
 impl Exclusion {
-    /// A transition on a CPU that is too slow for it.
+    /// A transition on a CPU that is too slow for its deadline.
     pub(super) fn late(late: Late) -> Exclusion {
         let forbidden = Forbidden::Decisions(vec![(late.group, late.part)]);
         Exclusion { forbidden, why: Excluded::Late(late) }

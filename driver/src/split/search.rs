@@ -2,7 +2,7 @@
 //!
 //! First, estimates choose: the best partition within them is built, and after a failed fit the chip is offered less. What is found fits, but a better
 //! partition may exist where an estimate was too high. Some that differ in one group are built, too. Then a second search counts only what every chip needs
-//! ([`Count::Least`]). Its best partition is a lower bound for all that fit. If that is not below what was found, nothing better exists. Otherwise this partition is
+//! ([`Count::Least`]). Its best objective is a lower bound for all that fit. If that is not below what was found, nothing better exists. Otherwise this partition is
 //! built: either it fits and is the best one, or only it is excluded and the bound may rise. Partitions that probably need more macrocells ([`Cells`]) or pins
 //! than a device has come last. The search ends after a fixed number of builds; the bound then shows how much better a partition could still be.
 
